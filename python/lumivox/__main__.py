@@ -20,6 +20,7 @@ NVIDIA = (
     "There is an NVIDIA GPU, but its Vulkan driver does not answer: install the graphics part of NVIDIA's driver (Debian: "
     "nvidia-vulkan-icd); in a container, allow NVIDIA_DRIVER_CAPABILITIES=graphics"
 )
+WINDOWS = "Install the graphics driver of the GPU's maker: Vulkan or Direct3D 12 is needed. A remote desktop may hide the GPU"
 
 
 def remedy() -> str:
@@ -27,6 +28,8 @@ def remedy() -> str:
     named = [name for name in ("VK_DRIVER_FILES", "VK_ICD_FILENAMES") if os.environ.get(name)]
     if named and ctypes.util.find_library("vulkan"):
         return f"{named[0]} is set, so that only the drivers it names are used: unset it"
+    if sys.platform == "win32":
+        return WINDOWS
     return NVIDIA if Path("/dev/nvidia0").exists() else INSTALL
 
 
