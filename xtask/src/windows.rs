@@ -66,9 +66,17 @@ render {drive}/scan -o head-of-the-drive.png --size 32x32 --samples 1 --quiet
 render {words}/head -o {drive}/{words}/head.png --size 32x32 --samples 1 --quiet
 phantom head --size 16 --quiet --out {words}/head
 render {words}/head -o {drive}/{words}/head.png --size 32x32 --samples 1 --quiet
-scene save {drive}/{words}/scene.lumivox {drive}/scan {words}/head --size 24x32 --samples 1
-scene check {drive}/{words}/scene.lumivox
-render {drive}/{words}/scene.lumivox -o {words}/scene.png --quiet";
+phantom head --size 16 --quiet --out {drive}/case/scan
+phantom cube --size 16 --quiet --out {drive}/case/{words}/cube
+scene save {drive}/case/{words}/scene.lumivox {drive}/case/scan --size 24x32 --samples 1
+scene check {drive}/case/{words}/scene.lumivox
+render {drive}/case/{words}/scene.lumivox -o {words}/scene.png --quiet
+scene save {drive}/{words}/far.lumivox {drive}/scan {words}/head --size 24x32 --samples 1
+scene check {drive}/{words}/far.lumivox
+render {drive}/{words}/far.lumivox -o {words}/far.png --quiet";
+
+/// A scene of a scan on another drive has its whole path, which is another on each system; what is rendered of it is the same.
+const FAR: &str = "far.lumivox";
 
 /// As games and services run programs: without a console. Only exit codes and files can tell what became of it.
 const DETACHED: &str = "\
@@ -159,6 +167,7 @@ impl Side {
         let mut files = files_in(&self.folder)?;
         let there = files_in(&self.drive)?.into_iter();
         files.extend(there.map(|(path, bytes)| (Path::new("{drive}").join(path), bytes)));
+        files.retain(|path, _| !path.ends_with(FAR));
         Ok(files)
     }
 }
