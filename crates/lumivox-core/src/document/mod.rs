@@ -12,6 +12,7 @@ mod curve;
 mod light;
 mod locate;
 mod look;
+mod measurement;
 mod numbers;
 mod parts;
 pub(crate) mod ranges;
@@ -28,6 +29,7 @@ pub use self::{
     light::{Bulb, Falloff, Lighting, SpotCone, Surroundings},
     locate::{Step, Written},
     look::{Look, Surface},
+    measurement::{Measured, Measurement, MeasurementKind, RegionValues},
     numbers::{Rows, affine, rows, world_from_patient, world_rows},
     parts::{Labels, Shape, Space, Style},
     saved::Unsaved,
@@ -68,6 +70,9 @@ pub struct SceneDocument {
     /// How light becomes pixels.
     #[serde(default)]
     pub display: Display,
+    /// What was measured in the first scan. No picture shows it.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub measurements: Vec<Measurement>,
 }
 
 impl Default for SceneDocument {
@@ -81,6 +86,7 @@ impl Default for SceneDocument {
             camera: View::default(),
             film: Film::default(),
             display: Display::default(),
+            measurements: vec![],
         }
     }
 }
@@ -227,6 +233,9 @@ impl SceneDocument {
         faults.within(&["camera".into()], |faults| self.camera.check(faults));
         faults.within(&["film".into()], |faults| self.film.check(faults));
         faults.within(&["display".into()], |faults| self.display.check(faults));
+        for (index, measurement) in self.measurements.iter().enumerate() {
+            faults.within(&["measurements".into(), index.into()], |faults| measurement.check(faults));
+        }
         faults.first()
     }
 }

@@ -138,6 +138,11 @@ pub mod schema {
         schema.insert("prefixItems".into(), limited.to_vec().into());
     }
 
+    /// Points by their coordinates.
+    pub fn points(schema: &mut Schema) {
+        limit(schema.ensure_object(), super::COORDINATE);
+    }
+
     /// A number that is not 0.
     pub fn not_zero(schema: &mut Schema) {
         schema.insert("not".into(), json!({"const": 0}));

@@ -133,6 +133,7 @@ fn whole() -> Vec<Value> {
     );
     add(&mut written["film"], json!({"size": [320, 240], "samples": 16, "seed": 3, "noise": 0.02}));
     add(&mut written["camera"], json!({"azimuth": 20, "elevation": 10, "zoom": 1.5, "target": [1, 2, 3]}));
+    add(&mut written, json!({"measurements": [{"kind": "distance", "points": [[1, 2, 3], [4, 5, 6]]}]}));
     written["lights"][1]["lamp"]["falloff"] = json!({"relative": {"range": 500}});
     written["lights"][2]["lamp"]["falloff"] = json!({"power": {"range": 500, "decay": 2}});
     let mut other = written.clone();
@@ -279,6 +280,7 @@ fn rows(schema: &Value) -> Vec<String> {
         ("View", "`camera`"),
         ("Film", "`film`"),
         ("Display", "`display`"),
+        ("Measurement", "`measurements`"),
     ];
     let row = |(definition, name): &(&str, &str)| {
         let mut ranges = vec![];
