@@ -30,7 +30,7 @@ use assembly::{
     slices::Slices,
 };
 use bytes::source::Source;
-pub(crate) use header::segments::Segmentation;
+pub(crate) use header::{segments::Segmentation, structures::Structure};
 pub(crate) use images::scan::{Found, files_below};
 use images::{image_file::ImageFile, rejected::Rejected, scan};
 use lumivox_core::{CancelToken, Modality, Progress, Subject, Volume, Voxels, fill};
@@ -64,6 +64,16 @@ pub(crate) fn is_dicom(path: &Path) -> bool {
     path.is_file()
         && (elements::data_set::is_dicom(&Source::File(path.to_owned()))
             || elements::gzip::is_gzip_of_dicom(path).unwrap_or(false))
+}
+
+/// The structures of a radiotherapy structure set; `None` of a file that is none, or that cannot be read, which its study tells.
+pub(crate) fn structures_of(path: &Path, cancel: &CancelToken) -> Option<Vec<Structure>> {
+    if !path.is_file() {
+        return None;
+    }
+    let header = elements::data_set::read_header(&Source::File(path.to_owned()), cancel).ok()?;
+    let data = &header.data;
+    header::structures::is_structure_set(data).then(|| header::structures::structures(data))
 }
 
 impl Study {

@@ -1,9 +1,10 @@
-//! Label maps as files: DICOM SEG, NIfTI, NRRD (3D Slicer's segmentations too), MetaImage and RAW to a [`LabelVolume`],
+//! Label maps as files: DICOM SEG, structure sets of radiotherapy, NIfTI, NRRD (3D Slicer's segmentations too), MetaImage and RAW to a [`LabelVolume`],
 //! with the names and colours that the file has, or a table beside it.
 //!
 //! Labels are numbers: they are never interpolated, and read exactly. A [`LabelVolume`] tells 255 apart; numbers beyond
 //! that range are numbered anew, by rising number.
 
+mod contours;
 mod extension;
 mod files;
 pub(crate) mod segments;
@@ -63,7 +64,7 @@ pub fn default_label_color(value: u8) -> [f64; 3] {
     colors::default_color(value)
 }
 
-/// Loads a label map: one file of any format, a folder or archive with a DICOM segmentation, or a folder of files that hold
+/// Loads a label map: one file of any format, a structure set of radiotherapy among them, a folder or archive with a DICOM segmentation, or a folder of files that hold
 /// a mask or a label map each, which become one.
 ///
 /// Labels keep their numbers where these are 1 to 255, and are numbered anew by rising number where not; a label
@@ -154,6 +155,9 @@ fn load_one(
     cancel: &CancelToken,
 ) -> Result<ImportedLabels, ImportError> {
     let Some(file) = LabelFile::open(path, import)? else {
+        if let Some(structures) = dicom::structures_of(path, cancel) {
+            return contours::labels(path, &structures, given, cancel);
+        }
         let study = dicom::Study::open(&[path.to_owned()], progress, cancel)?;
         return of_dicom(study, path, import, given.unwrap_or(&Table::new()), progress, cancel);
     };

@@ -157,6 +157,12 @@ attributes! { VALUES:
     SUV_TYPE = "SUVType" 0x0054_1006;
     DECAY_CORRECTION = "DecayCorrection" 0x0054_1102;
     FRAME_REFERENCE_TIME = "FrameReferenceTime" 0x0054_1300;
+    ROI_NUMBER = "ROINumber" 0x3006_0022;
+    ROI_NAME = "ROIName" 0x3006_0026;
+    ROI_DISPLAY_COLOR = "ROIDisplayColor" 0x3006_002A;
+    CONTOUR_GEOMETRIC_TYPE = "ContourGeometricType" 0x3006_0042;
+    CONTOUR_DATA = "ContourData" 0x3006_0050;
+    REFERENCED_ROI_NUMBER = "ReferencedROINumber" 0x3006_0084;
     SEGMENTATION_TYPE = "SegmentationType" 0x0062_0001;
     SEGMENT_NUMBER = "SegmentNumber" 0x0062_0004;
     SEGMENT_LABEL = "SegmentLabel" 0x0062_0005;
@@ -188,6 +194,9 @@ attributes! { SEQUENCES:
     REAL_WORLD_VALUE_MAPPING_SEQUENCE = "RealWorldValueMappingSequence" 0x0040_9096;
     RADIOPHARMACEUTICAL_INFORMATION_SEQUENCE = "RadiopharmaceuticalInformationSequence" 0x0054_0016;
     DETECTOR_INFORMATION_SEQUENCE = "DetectorInformationSequence" 0x0054_0022;
+    STRUCTURE_SET_ROI_SEQUENCE = "StructureSetROISequence" 0x3006_0020;
+    ROI_CONTOUR_SEQUENCE = "ROIContourSequence" 0x3006_0039;
+    CONTOUR_SEQUENCE = "ContourSequence" 0x3006_0040;
     SEGMENT_SEQUENCE = "SegmentSequence" 0x0062_0002;
     SEGMENT_IDENTIFICATION_SEQUENCE = "SegmentIdentificationSequence" 0x0062_000A;
     PIXEL_MEASURES_SEQUENCE = "PixelMeasuresSequence" 0x0028_9110;

@@ -7,6 +7,7 @@ pub(super) mod palette;
 pub(super) mod pixel_format;
 pub(super) mod refusal;
 pub(super) mod segments;
+pub(super) mod structures;
 pub(super) mod subject;
 pub(super) mod units;
 pub(super) mod words;
