@@ -1,7 +1,9 @@
 //! The program: it gathers what people and jobs want, does it, and shows the state.
 
+mod keeping;
+
 use std::future::Future;
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 use std::pin::Pin;
 use std::sync::Arc;
 
@@ -13,7 +15,8 @@ use crate::darkroom::{Darkroom, Exported, Tile, develop_tiles, export};
 use crate::jobs::{Desk, Job, Wake, start};
 use crate::live::Live;
 use crate::opening::{self, Source, Told};
-use crate::panels::{dialogs, look, strip, top, views, welcome};
+use crate::panels::{dialogs, side, strip, structures, tools, top, views, welcome};
+use crate::rescue::Rescue;
 use crate::session::Session;
 use crate::settings::{Drawer, Settings};
 use crate::state::{Action, Ask, Dialog, ExportDraft, State, Strip};
@@ -61,7 +64,25 @@ pub struct App {
     tiling: Option<Job<Tile>>,
     exporting: Option<(PathBuf, Job<Exported>)>,
     asking: Option<(Ask, Job<Vec<PathBuf>>)>,
+    rescue: Option<Rescue>,
+    /// When unsaved work was last looked at, in seconds of the interface.
+    looked_at: f64,
+    /// What is opened once it is said what becomes of unsaved work.
+    later: Vec<PathBuf>,
+    /// What is opened was unsaved before.
+    is_restoring: bool,
+    /// The window closes once the scene is saved, or now.
+    closes: Option<Closing>,
     title: String,
+}
+
+/// How a window is closed that had unsaved work.
+#[derive(Clone, Copy, PartialEq, Eq)]
+enum Closing {
+    /// When the scene is saved.
+    Saved,
+    /// Whatever is unsaved.
+    Now,
 }
 
 impl App {
@@ -86,9 +107,19 @@ impl App {
             tiling: None,
             exporting: None,
             asking: None,
+            rescue: None,
+            looked_at: 0.0,
+            later: vec![],
+            is_restoring: false,
+            closes: None,
             title: String::new(),
         };
-        if !launch.open.is_empty() {
+        app.rescue = app.drawer.rescue_folder().and_then(|folder| Rescue::in_folder(&folder));
+        let left = app.rescue.as_ref().and_then(Rescue::left).map(Path::to_owned);
+        app.state.dialog = left.map(Dialog::Restore);
+        if app.state.dialog.is_some() {
+            app.later = launch.open;
+        } else if !launch.open.is_empty() {
             app.open(Source::Files(launch.open));
         }
         app
@@ -149,6 +180,7 @@ impl App {
     /// What jobs have told.
     fn poll(&mut self, context: &egui::Context) {
         self.poll_opening(context);
+        let mut anew = false;
         if let Some(job) = &mut self.showing {
             let told = job.poll();
             if job.is_broken() {
@@ -164,9 +196,24 @@ impl App {
                             session.shown(&scene, notes);
                         }
                     }
-                    Err(why) => self.state.failed = Some((Word::CannotShow, why)),
+                    Err(why) => {
+                        self.state.failed = Some((Word::CannotShow, why));
+                        // Structures that cannot be read are not there.
+                        let session = self.state.session.as_mut();
+                        if let Some(session) = session.filter(|it| {
+                            matches!(
+                                it.history().next()[0],
+                                Some(Word::StructuresOpen | Word::StructuresFind)
+                            )
+                        }) {
+                            anew = session.undo();
+                        }
+                    }
                 }
             }
+        }
+        if anew {
+            self.show_anew();
         }
         if let Some(job) = &mut self.tiling {
             for Tile { preset, picture } in job.poll() {
@@ -185,10 +232,12 @@ impl App {
             let told = job.poll();
             if job.is_over()
                 && let Some((ask, _)) = self.asking.take()
-                && let Some(files) = told.into_iter().next()
-                && !files.is_empty()
             {
-                self.chosen(ask, files);
+                match told.into_iter().next() {
+                    Some(files) if !files.is_empty() => self.chosen(ask, files),
+                    // Who does not say where, does not leave either.
+                    _ => self.closes = None,
+                }
             }
         }
         let jobs = [
@@ -226,7 +275,13 @@ impl App {
                     }
                     self.showing = None;
                     self.state.progress = Default::default();
-                    self.state.begin(Session::new(*opened));
+                    let mut session = Session::new(*opened);
+                    if std::mem::take(&mut self.is_restoring) {
+                        session.forget_saved();
+                    } else if let Some(rescue) = &mut self.rescue {
+                        rescue.clear();
+                    }
+                    self.state.begin(session);
                     self.were_tiles_made = false;
                 }
                 Told::Failed(why) => {
@@ -270,25 +325,39 @@ impl App {
         if matches!(ask, Ask::Files | Ask::Folder) {
             return self.open(Source::Files(files));
         }
+        if matches!(ask, Ask::Labels | Ask::LabelFolder) {
+            return structures::open(&mut self.state, files);
+        }
         match (ask, files.into_iter().next()) {
             (Ask::SaveScene(_), Some(file)) => {
                 let file = with_extension(file, &["lumivox", "json"]);
                 if let Some(session) = &mut self.state.session {
                     match session.save(&file) {
                         Ok(()) => {
+                            if let Some(rescue) = &mut self.rescue {
+                                rescue.clear();
+                            }
+                            if self.closes == Some(Closing::Saved) {
+                                self.closes = Some(Closing::Now);
+                            }
                             let name = file.file_name().unwrap_or_default().to_string_lossy();
                             self.state.done = Some(format!("{}: {name}", self.state.say(Word::Saved)));
                         }
-                        Err(why) => self.state.failed = Some((Word::CannotSave, why)),
+                        Err(why) => {
+                            self.closes = None;
+                            self.state.failed = Some((Word::CannotSave, why));
+                        }
                     }
                 }
             }
             (Ask::SavePicture(_), Some(file)) => self.export_to(with_extension(file, &["png"])),
+            (Ask::SaveTurn(_, steps), Some(file)) => self.turn_to(with_extension(file, &["png"]), steps),
+            (Ask::SaveTable(_), Some(file)) => self.save_table(&with_extension(file, &["csv"])),
             _ => {}
         }
     }
 
-    fn act(&mut self, action: Action) {
+    fn act(&mut self, context: &egui::Context, action: Action) {
         let mut anew = false;
         match action {
             Action::Ask(ask) => {
@@ -339,6 +408,14 @@ impl App {
                 self.keep(settings);
             }
             Action::Settings(settings) => self.keep(settings),
+            Action::Copy => context.send_viewport_cmd(ViewportCommand::Screenshot(Default::default())),
+            Action::Restore(restores) => self.restore(restores),
+            Action::Close => self.closes = Some(Closing::Now),
+            Action::SaveAndClose => {
+                self.closes = Some(Closing::Saved);
+                let name = self.state.session.as_ref().map(|session| session.file_name("lumivox"));
+                self.state.act(Action::Ask(Ask::SaveScene(name.unwrap_or_default())));
+            }
             Action::Cancel => {
                 // What was shown before stays.
                 (self.opening, self.exporting) = (None, None);
@@ -395,6 +472,9 @@ impl eframe::App for App {
         let context = ui.ctx().clone();
         theme::choose(&context, self.state.settings.is_dark);
         self.poll(&context);
+        self.copy_screenshot(&context);
+        self.keep_unsaved(&context);
+        self.follow_close(&context);
         let dropped: Vec<PathBuf> = context
             .input(|input| input.raw.dropped_files.iter().filter_map(|file| file.path.clone()).collect());
         if !dropped.is_empty() {
@@ -414,13 +494,14 @@ impl eframe::App for App {
                 strip::show(ui, state);
             });
             Panel::right("look").exact_size(324.0).resizable(false).frame(side).show(ui, |ui| {
-                look::show(ui, state);
+                side::show(ui, state);
             });
         }
         egui::CentralPanel::no_frame().show(ui, |ui| {
             ui.spacing_mut().item_spacing = egui::vec2(8.0, 0.0);
             top::banner(ui, state);
             if state.session.is_some() {
+                tools::show(ui, state);
                 views::show(ui, state, self.live.as_mut());
             } else {
                 welcome::show(ui, state);
@@ -428,7 +509,7 @@ impl eframe::App for App {
         });
         dialogs::show(&context, &mut self.state);
         for action in std::mem::take(&mut self.state.actions) {
-            self.act(action);
+            self.act(&context, action);
         }
         // What is held is one step; what comes after is another.
         if !context.input(|input| input.pointer.any_down())

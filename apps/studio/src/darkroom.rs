@@ -157,13 +157,13 @@ fn reduced(volume: &Volume, side: usize) -> Volume {
 }
 
 /// A picture, and whether it is of a coarser scan.
-struct Still {
-    picture: Picture,
-    is_reduced: bool,
+pub(crate) struct Still {
+    pub picture: Picture,
+    pub is_reduced: bool,
 }
 
 /// Renders what a document says, as the command does: the same pixels.
-fn develop(
+pub(crate) fn develop(
     room: &Darkroom,
     document: &SceneDocument,
     scene: &Scene,
@@ -246,7 +246,7 @@ pub fn export(
 }
 
 /// Writes a picture, with what it is not for; a file that is there is replaced only when the new one is whole.
-fn write_png(file: &Path, picture: &Picture) -> Result<(), String> {
+pub(crate) fn write_png(file: &Path, picture: &Picture) -> Result<(), String> {
     let unwritten = |error: &dyn std::fmt::Display| format!("cannot write {}: {error}", file.display());
     let aside = file.with_extension(format!("{}.part", std::process::id()));
     let write = || -> Result<(), png::EncodingError> {

@@ -10,14 +10,18 @@ pub mod darkroom;
 pub mod history;
 pub mod jobs;
 mod live;
+pub mod measuring;
 pub mod native;
 pub mod opening;
+pub mod overlay;
 mod panels;
+pub mod rescue;
 pub mod session;
 pub mod settings;
 pub mod slices;
 pub mod state;
 pub mod theme;
+mod turntable;
 pub mod words;
 
 use std::sync::Arc;

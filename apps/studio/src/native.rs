@@ -97,7 +97,20 @@ impl Chooser for Desktop {
                 let choice = dialog.set_file_name(name).save_file();
                 Box::pin(async move { one(choice.await) })
             }
-            Ask::SavePicture(name) => {
+            Ask::Labels => {
+                let choice = titled(Word::StructuresOpen).pick_files();
+                Box::pin(async move { choice.await.map_or_else(Vec::new, paths) })
+            }
+            Ask::LabelFolder => {
+                let choice = titled(Word::StructuresFolder).pick_folder();
+                Box::pin(async move { one(choice.await) })
+            }
+            Ask::SaveTable(name) => {
+                let dialog = titled(Word::SaveTable).add_filter("CSV", &["csv"]);
+                let choice = dialog.set_file_name(name).save_file();
+                Box::pin(async move { one(choice.await) })
+            }
+            Ask::SavePicture(name) | Ask::SaveTurn(name, _) => {
                 let dialog = titled(Word::SavePicture).add_filter("PNG", &["png"]);
                 let choice = dialog.set_file_name(name).save_file();
                 Box::pin(async move { one(choice.await) })
@@ -124,6 +137,10 @@ impl SettingsFile {
 }
 
 impl Drawer for SettingsFile {
+    fn rescue_folder(&self) -> Option<PathBuf> {
+        Some(Self::path()?.with_file_name("unsaved"))
+    }
+
     fn read(&self) -> Option<Settings> {
         serde_json::from_slice(&fs::read(Self::path()?).ok()?).ok()
     }

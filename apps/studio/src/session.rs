@@ -165,6 +165,17 @@ impl Session {
         self.history.document() != &self.saved
     }
 
+    /// Whether something is unsaved that took work: not only where the camera stands.
+    pub fn has_work(&self) -> bool {
+        let document = self.history.document();
+        document != &SceneDocument { camera: document.camera, ..self.saved.clone() }
+    }
+
+    /// It was never saved, as what was restored.
+    pub fn forget_saved(&mut self) {
+        self.saved = SceneDocument::default();
+    }
+
     /// Changes the document by a command of that name. Whether voxels have to be shown anew, which takes a job.
     pub fn change(&mut self, what: Word, change: impl FnOnce(&mut SceneDocument)) -> bool {
         let mut document = self.document().clone();

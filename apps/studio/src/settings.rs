@@ -1,5 +1,8 @@
 //! What the Studio remembers between sessions. Nothing of any scan.
 
+use std::path::PathBuf;
+
+use lumivox_viewport::Profile;
 use serde::{Deserialize, Serialize};
 
 use crate::words::Language;
@@ -14,11 +17,37 @@ pub struct Settings {
     pub is_dark: bool,
     /// Whether it was read that this is no medical device.
     pub has_agreed: bool,
+    /// Which button does what.
+    pub mouse: Mouse,
+}
+
+/// Whose mouse a person is used to.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "lowercase")]
+pub enum Mouse {
+    /// That of OHIF's viewers.
+    #[default]
+    Ohif,
+    /// That of 3D Slicer.
+    Slicer,
+}
+
+impl Mouse {
+    /// All of them.
+    pub const ALL: [Self; 2] = [Self::Ohif, Self::Slicer];
+
+    /// Which button does what.
+    pub fn profile(self) -> Profile {
+        match self {
+            Self::Ohif => Profile::OHIF,
+            Self::Slicer => Profile::SLICER,
+        }
+    }
 }
 
 impl Default for Settings {
     fn default() -> Self {
-        Self { language: Language::English, is_dark: true, has_agreed: false }
+        Self { language: Language::English, is_dark: true, has_agreed: false, mouse: Mouse::Ohif }
     }
 }
 
@@ -29,6 +58,11 @@ pub trait Drawer {
 
     /// Keeps it. What cannot be kept is chosen again next time.
     fn write(&self, settings: &Settings);
+
+    /// The folder where unsaved work is kept, if it is.
+    fn rescue_folder(&self) -> Option<PathBuf> {
+        None
+    }
 }
 
 /// Nothing is kept.

@@ -2,23 +2,26 @@
 
 use std::collections::HashMap;
 use std::path::PathBuf;
+use std::sync::Arc;
 
-use eframe::egui::TextureHandle;
-use lumivox_core::document::{Backdrop, Film, SceneDocument};
-use lumivox_core::glam::{DVec2, DVec3};
-use lumivox_core::{Orbit, Preset};
+use eframe::egui::{Rect, TextureHandle};
+use lumivox_core::document::{Backdrop, Film, MeasurementKind, SceneDocument};
+use lumivox_core::glam::{DMat3, DQuat, DVec2, DVec3};
+use lumivox_core::{Labelling, Orbit, Preset};
 use lumivox_import::SeriesSummary;
 use lumivox_viewport::Progress;
 
 use crate::darkroom::looks_for;
 use crate::jobs::Busy;
+use crate::measuring::Draft;
 use crate::opening::SharedStudy;
+use crate::overlay::{Overlay, Sizes};
 use crate::session::Session;
 use crate::settings::Settings;
-use crate::slices::{Geometry, Plane, Window, bounds_mm, window_for};
+use crate::slices::{Axes, Geometry, Plane, Slab, Window, bounds_mm, reach_mm, step_mm, window_for};
 use crate::words::Word;
 
-/// One of the four views.
+/// One of the views.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub enum ViewId {
     /// Path-traced.
@@ -29,8 +32,13 @@ pub enum ViewId {
 
 impl ViewId {
     /// All of them, in the order of their keys.
-    pub const ALL: [Self; 4] =
-        [Self::ThreeD, Self::Slice(Plane::Axial), Self::Slice(Plane::Coronal), Self::Slice(Plane::Sagittal)];
+    pub const ALL: [Self; 5] = [
+        Self::ThreeD,
+        Self::Slice(Plane::Axial),
+        Self::Slice(Plane::Coronal),
+        Self::Slice(Plane::Sagittal),
+        Self::Slice(Plane::Oblique),
+    ];
 
     /// What it is called.
     pub fn word(self) -> Word {
@@ -39,6 +47,7 @@ impl ViewId {
             Self::Slice(Plane::Axial) => Word::Axial,
             Self::Slice(Plane::Coronal) => Word::Coronal,
             Self::Slice(Plane::Sagittal) => Word::Sagittal,
+            Self::Slice(Plane::Oblique) => Word::Oblique,
         }
     }
 }
@@ -54,6 +63,57 @@ pub enum Layout {
     One,
 }
 
+/// What the left button does in a picture.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
+pub enum Tool {
+    /// Turns, changes the window, places the cross: as the mouse's profile says.
+    #[default]
+    Navigate,
+    /// Places points of a measurement.
+    Measure(MeasurementKind),
+    /// Moves and widens the look, in the 3D view.
+    Shape,
+}
+
+impl Tool {
+    /// All of them, in the order of their buttons.
+    pub const ALL: [Self; 5] = [
+        Self::Navigate,
+        Self::Measure(MeasurementKind::Distance),
+        Self::Measure(MeasurementKind::Angle),
+        Self::Measure(MeasurementKind::Region),
+        Self::Shape,
+    ];
+}
+
+/// What the panel at the right is about.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
+pub enum Tab {
+    /// Looks, curve and light.
+    #[default]
+    Look,
+    /// What is cut away.
+    Cut,
+    /// What the scan is made of.
+    Structures,
+    /// What was measured.
+    Measure,
+}
+
+impl Tab {
+    /// All of them.
+    pub const ALL: [Self; 4] = [Self::Look, Self::Cut, Self::Structures, Self::Measure];
+}
+
+/// A point of the curve of opacity and colour, by its place in its list.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+pub enum CurvePoint {
+    /// Of opacity.
+    Opacity(usize),
+    /// Of colour.
+    Color(usize),
+}
+
 /// What is asked for by a file dialog.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub enum Ask {
@@ -65,6 +125,14 @@ pub enum Ask {
     SaveScene(String),
     /// Where a picture is saved; a name for it.
     SavePicture(String),
+    /// Where the pictures of a turn are saved; a name for them, and how many they are.
+    SaveTurn(String, u32),
+    /// Where measurements are saved; a name for them.
+    SaveTable(String),
+    /// Files of one label map.
+    Labels,
+    /// A folder with a mask for each structure, or a DICOM segmentation.
+    LabelFolder,
 }
 
 /// What a person wants done, by a click, a key or a drop.
@@ -100,6 +168,14 @@ pub enum Action {
     Settings(Settings),
     /// Whatever runs is to end.
     Cancel,
+    /// The view that keys are for, to the clipboard.
+    Copy,
+    /// Unsaved work of another run is opened, or thrown away.
+    Restore(bool),
+    /// The window is closed, whatever is unsaved.
+    Close,
+    /// The scene is saved, and then the window closed.
+    SaveAndClose,
 }
 
 /// Series that could be opened.
@@ -123,7 +199,30 @@ pub struct SliceView {
     /// By how much its content was moved, in mm.
     pub moved: DVec2,
     /// Its picture, and what that shows.
-    pub drawn: Option<(Geometry, Window, TextureHandle)>,
+    pub drawn: Option<(Drawn, TextureHandle)>,
+}
+
+/// What a slice's picture shows.
+#[derive(Clone)]
+pub struct Drawn {
+    /// Where.
+    pub geometry: Geometry,
+    /// From black to white.
+    pub window: Window,
+    /// How thick.
+    pub slab: Slab,
+    /// Structures over it.
+    pub overlay: Option<Arc<Overlay>>,
+}
+
+impl PartialEq for Drawn {
+    fn eq(&self, other: &Self) -> bool {
+        let overlay = match (&self.overlay, &other.overlay) {
+            (Some(own), Some(other)) => Arc::ptr_eq(own, other),
+            (own, other) => own.is_none() && other.is_none(),
+        };
+        (self.geometry, self.window, self.slab) == (other.geometry, other.window, other.slab) && overlay
+    }
 }
 
 /// What lies under the pointer.
@@ -142,6 +241,10 @@ pub enum Dialog {
     About,
     /// A picture for a file.
     Export(ExportDraft),
+    /// Another run left unsaved work: this file.
+    Restore(PathBuf),
+    /// The window is to be closed, and something is unsaved.
+    Leave,
 }
 
 /// A picture that is about to be rendered.
@@ -155,6 +258,8 @@ pub struct ExportDraft {
     pub transparent: bool,
     /// Whether the noise that is left is smoothed.
     pub denoise: bool,
+    /// Whether it is a turn around the scan, in so many pictures.
+    pub turn: Option<u32>,
 }
 
 /// All that is shown.
@@ -166,7 +271,27 @@ pub struct State {
     /// Series.
     pub strip: Strip,
     /// Slices, in the order of [`Plane::ALL`].
-    pub slices: [SliceView; 3],
+    pub slices: [SliceView; 4],
+    /// How the oblique plane is turned in the patient.
+    pub oblique: DQuat,
+    /// Whether it is among the views.
+    pub shows_oblique: bool,
+    /// How thick slices are.
+    pub slab: Slab,
+    /// What the left button does.
+    pub tool: Tool,
+    /// What the panel at the right is about.
+    pub tab: Tab,
+    /// A measurement that is being made.
+    pub draft: Option<Draft>,
+    /// How large structures are.
+    pub sizes: Option<Sizes>,
+    /// The chosen point of the curve.
+    pub curve_point: Option<CurvePoint>,
+    /// The values that the curve is drawn over.
+    pub curve_range: [f64; 2],
+    /// Structures over slices, and the labels that they are of.
+    pub overlay: Option<(Labelling, Arc<Overlay>)>,
     /// The point that all views share, in the patient's mm.
     pub cross: DVec3,
     /// What is black and white in slices.
@@ -177,6 +302,8 @@ pub struct State {
     pub layout_before: Layout,
     /// The one that keys are for.
     pub active: ViewId,
+    /// Where it is in the window.
+    pub active_rect: Rect,
     /// Looks that may suit this scan, the best first.
     pub looks: Vec<Preset>,
     /// The scan in them, as far as that is there.
@@ -209,11 +336,22 @@ impl State {
             session: None,
             strip: Strip::default(),
             slices: Default::default(),
+            oblique: DQuat::IDENTITY,
+            shows_oblique: false,
+            slab: Slab::default(),
+            tool: Tool::Navigate,
+            tab: Tab::Look,
+            draft: None,
+            sizes: None,
+            curve_point: None,
+            curve_range: [0.0; 2],
+            overlay: None,
             cross: DVec3::ZERO,
             window: [0.0, 1.0],
             layout: Layout::Main,
             layout_before: Layout::Main,
             active: ViewId::ThreeD,
+            active_rect: Rect::NOTHING,
             looks: vec![],
             tiles: HashMap::new(),
             probe: None,
@@ -255,6 +393,9 @@ impl State {
         self.window = window_for(scan);
         self.looks = looks_for(scan);
         self.slices = std::array::from_fn(|_| SliceView { zoom: 1.0, ..SliceView::default() });
+        self.oblique = DQuat::from_rotation_z(30_f64.to_radians());
+        (self.slab, self.tool, self.draft, self.overlay) = Default::default();
+        (self.curve_point, self.curve_range, self.sizes) = Default::default();
         self.tiles.clear();
         (self.probe, self.failed, self.done) = (None, None, None);
         self.shows_all_notes = false;
@@ -272,18 +413,52 @@ impl State {
         }
     }
 
+    /// Where a plane's axes lie in the patient.
+    pub fn axes(&self, plane: Plane) -> Axes {
+        match plane {
+            // A turn of many turns is one still.
+            Plane::Oblique => plane.axes().map(|axis| DMat3::from_quat(self.oblique.normalize()) * axis),
+            _ => plane.axes(),
+        }
+    }
+
     /// Moves the shared point by so many slices of a plane.
     pub fn step(&mut self, plane: Plane, slices: f64) {
         let Some(session) = &self.session else { return };
         let scan = session.scan();
-        let [_, _, normal] = plane.axes();
-        // As far as from voxel to voxel along the axis that runs most along the normal.
-        let columns = scan.patient_from_voxel().matrix3;
-        let along = [columns.x_axis, columns.y_axis, columns.z_axis].map(|axis| axis.dot(normal).abs());
-        let step = along.into_iter().fold(0.0, f64::max);
-        let [low, high] = bounds_mm(scan);
-        let at = (self.cross.dot(normal) + step * slices).clamp(low.dot(normal), high.dot(normal));
+        let [_, _, normal] = self.axes(plane);
+        let [low, high] = reach_mm(scan, normal);
+        let at = (self.cross.dot(normal) + step_mm(scan, normal) * slices).clamp(low, high);
         self.cross += normal * (at - self.cross.dot(normal));
+    }
+
+    /// Takes another tool; what was being made is left.
+    pub fn take(&mut self, tool: Tool) {
+        (self.tool, self.draft) = (tool, None);
+        match tool {
+            Tool::Measure(_) => self.tab = Tab::Measure,
+            Tool::Shape => self.tab = Tab::Look,
+            Tool::Navigate => {}
+        }
+    }
+
+    /// Structures over slices, as the scene has them.
+    pub fn follow_labels(&mut self) {
+        let labelling =
+            self.session.as_ref().and_then(|session| session.scene().0.volumes.first()?.labels.clone());
+        let is_known = match (&self.overlay, &labelling) {
+            (Some((known, _)), Some(labelling)) => known.is_same(labelling),
+            (known, labelling) => known.is_none() && labelling.is_none(),
+        };
+        if !is_known {
+            self.overlay = labelling.map(|labelling| {
+                let known = self.sizes.take().filter(|sizes| sizes.are_of(&labelling.labels));
+                let sizes = known.unwrap_or_else(|| Sizes::of(&labelling.labels));
+                let overlay = Arc::new(Overlay::new(&labelling, &sizes));
+                self.sizes = Some(sizes);
+                (labelling, overlay)
+            });
+        }
     }
 }
 
@@ -296,6 +471,7 @@ impl ExportDraft {
             samples: film.samples.unwrap_or(crate::darkroom::DEFAULT_SAMPLES),
             transparent: document.display.background == Backdrop::Transparent,
             denoise: film.denoise,
+            turn: None,
         }
     }
 

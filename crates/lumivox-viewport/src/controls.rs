@@ -36,12 +36,26 @@ pub enum Gesture {
     Dolly,
 }
 
+/// What dragging does in a slice.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum SliceGesture {
+    /// Level and width of the window.
+    Window,
+    /// What is seen moves with the pointer.
+    Pan,
+    /// What is seen becomes larger or smaller.
+    Zoom,
+    /// The point that all views share follows the pointer.
+    Cross,
+}
+
 /// Which button does what.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Profile {
     /// What people know it by.
     pub name: &'static str,
     buttons: &'static [(Button, Held, Gesture)],
+    slices: &'static [(Button, Held, SliceGesture)],
 }
 
 const NOTHING: Held = Held { shift: false, command: false };
@@ -59,7 +73,39 @@ impl Profile {
             (Button::Primary, SHIFT, Gesture::Pan),
             (Button::Primary, COMMAND, Gesture::Dolly),
         ],
+        slices: &[
+            (Button::Primary, NOTHING, SliceGesture::Window),
+            (Button::Middle, NOTHING, SliceGesture::Pan),
+            (Button::Secondary, NOTHING, SliceGesture::Zoom),
+            (Button::Primary, SHIFT, SliceGesture::Cross),
+            (Button::Primary, COMMAND, SliceGesture::Zoom),
+        ],
     };
+
+    /// As in 3D Slicer, whose slices have their window by Ctrl and the left button.
+    pub const SLICER: Self = Self {
+        name: "3D Slicer",
+        buttons: &[
+            (Button::Primary, NOTHING, Gesture::Turn),
+            (Button::Middle, NOTHING, Gesture::Pan),
+            (Button::Secondary, NOTHING, Gesture::Dolly),
+            (Button::Primary, SHIFT, Gesture::Pan),
+            (Button::Secondary, SHIFT, Gesture::Pan),
+        ],
+        slices: &[
+            (Button::Primary, NOTHING, SliceGesture::Cross),
+            (Button::Middle, NOTHING, SliceGesture::Pan),
+            (Button::Secondary, NOTHING, SliceGesture::Zoom),
+            (Button::Primary, SHIFT, SliceGesture::Pan),
+            (Button::Primary, COMMAND, SliceGesture::Window),
+        ],
+    };
+
+    /// What a button does in a slice while these keys are held.
+    pub fn slice_gesture(&self, button: Button, held: Held) -> Option<SliceGesture> {
+        let of = self.slices.iter().find(|(known, keys, _)| (*known, *keys) == (button, held));
+        of.map(|(_, _, gesture)| *gesture)
+    }
 
     /// What a button does while these keys are held.
     pub fn gesture(&self, button: Button, held: Held) -> Option<Gesture> {

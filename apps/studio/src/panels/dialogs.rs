@@ -2,6 +2,7 @@
 
 use eframe::egui::{self, Align, DragValue, Id, Key, Margin, Modal, RichText, Ui};
 
+use crate::settings::Mouse;
 use crate::state::{Action, Ask, Dialog, ExportDraft, State};
 use crate::theme::{palette, primary};
 use crate::words::Word;
@@ -19,6 +20,8 @@ pub fn show(context: &egui::Context, state: &mut State) {
         match state.dialog.clone() {
             Some(Dialog::About) => about(context, state),
             Some(Dialog::Export(draft)) => export(context, state, draft),
+            Some(Dialog::Restore(_)) => restore(context, state),
+            Some(Dialog::Leave) => leave(context, state),
             None => {}
         }
     }
@@ -84,9 +87,11 @@ fn about(context: &egui::Context, state: &mut State) {
         ("Ctrl+O   Ctrl+Shift+O", Word::KeyOpen),
         ("Ctrl+S   Ctrl+E", Word::KeySave),
         ("Ctrl+Z   Ctrl+Y", Word::KeyUndo),
-        ("1 \u{2013} 4   G   M   Space", Word::KeyViews),
+        ("1 \u{2013} 5   G   M   Space", Word::KeyViews),
         ("Arrows   Page Up/Down", Word::KeyTurn),
         ("+   \u{2212}   R", Word::KeyZoom),
+        ("V   D   A   E   W", Word::KeyTools),
+        ("O   S   Delete", Word::KeySlices),
     ];
     let (closed, leaves) = modal(context, state, 560.0, |ui| {
         heading(ui, "Lumivox Studio");
@@ -109,11 +114,53 @@ fn about(context: &egui::Context, state: &mut State) {
         ui.add_space(6.0);
         ui.label(RichText::new(state.say(Word::Mouse)).strong());
         ui.label(state.say(Word::Mouse3D));
-        ui.label(state.say(Word::Mouse2D));
+        ui.label(state.say(match state.settings.mouse {
+            Mouse::Ohif => Word::Mouse2D,
+            Mouse::Slicer => Word::MouseSlicer2D,
+        }));
+        ui.label(state.say(Word::MouseTools));
         buttons(ui, |ui| ui.add(primary(&p, state.say(Word::Close))).clicked())
     });
     if closed || leaves {
         state.dialog = None;
+    }
+}
+
+/// Work that another run left: it is opened or thrown away, and stays until that is said.
+fn restore(context: &egui::Context, state: &mut State) {
+    let p = palette(state.settings.is_dark);
+    let ([restores, discards], _) = modal(context, state, 460.0, |ui| {
+        heading(ui, state.say(Word::Restore));
+        ui.label(state.say(Word::RestoreWhy));
+        buttons(ui, |ui| {
+            let restores = ui.add(primary(&p, state.say(Word::RestoreIt))).clicked();
+            [restores, ui.button(state.say(Word::Discard)).clicked()]
+        })
+    });
+    if restores || discards {
+        state.dialog = None;
+        state.act(Action::Restore(restores));
+    }
+}
+
+fn leave(context: &egui::Context, state: &mut State) {
+    let p = palette(state.settings.is_dark);
+    let ([saves, closes, cancels], leaves) = modal(context, state, 480.0, |ui| {
+        heading(ui, state.say(Word::Leave));
+        ui.label(state.say(Word::LeaveWhy));
+        buttons(ui, |ui| {
+            let saves = ui.add(primary(&p, state.say(Word::SaveScene))).clicked();
+            let closes = ui.button(state.say(Word::LeaveAnyway)).clicked();
+            [saves, closes, ui.button(state.say(Word::Cancel)).clicked()]
+        })
+    });
+    if saves || closes || cancels || leaves {
+        state.dialog = None;
+    }
+    if saves {
+        state.act(Action::SaveAndClose);
+    } else if closes {
+        state.act(Action::Close);
     }
 }
 
@@ -137,19 +184,46 @@ fn export(context: &egui::Context, state: &mut State, mut draft: ExportDraft) {
         });
         ui.checkbox(&mut draft.transparent, state.say(Word::Transparent));
         ui.checkbox(&mut draft.denoise, state.say(Word::Denoise));
+        turn(ui, state, &mut draft);
+        ui.label(RichText::new(state.say(Word::NoDevice)).small().color(p.warning));
         buttons(ui, |ui| {
-            let saves = ui.add(primary(&p, state.say(Word::SavePicture))).clicked();
-            (saves, ui.button(state.say(Word::Cancel)).clicked())
+            let word = if draft.turn.is_some() { Word::SaveTurn } else { Word::SavePicture };
+            let saves = ui.add(primary(&p, state.say(word))).clicked();
+            let copies = ui.button(state.say(Word::CopyView)).on_hover_text("Ctrl+C").clicked();
+            (saves, copies, ui.button(state.say(Word::Cancel)).clicked())
         })
     });
-    let (saves, cancels) = pressed;
+    let (saves, copies, cancels) = pressed;
     state.dialog = Some(Dialog::Export(draft));
     if saves {
         state.dialog = None;
         state.change(Word::Picture, |document| draft.put_into(document));
         let name = state.session.as_ref().map(|session| session.file_name("png")).unwrap_or_default();
-        state.act(Action::Ask(Ask::SavePicture(name)));
+        state.act(Action::Ask(match draft.turn {
+            Some(steps) => Ask::SaveTurn(name, steps),
+            None => Ask::SavePicture(name),
+        }));
+    } else if copies {
+        state.dialog = None;
+        state.act(Action::Copy);
     } else if cancels || leaves {
         state.dialog = None;
     }
+}
+
+/// Whether it is a turn around the scan, and in how many pictures.
+fn turn(ui: &mut Ui, state: &State, draft: &mut ExportDraft) {
+    /// Three seconds of a film.
+    const USUAL: u32 = 72;
+    ui.horizontal(|ui| {
+        let mut turns = draft.turn.is_some();
+        if ui.checkbox(&mut turns, state.say(Word::Turntable)).changed() {
+            draft.turn = turns.then_some(USUAL);
+        }
+        if let Some(steps) = &mut draft.turn {
+            let suffix = format!(" {}", state.say(Word::Pictures));
+            let value = ui.add(DragValue::new(steps).range(2..=720).suffix(suffix));
+            value.on_hover_text(state.say(Word::TurntableHint));
+        }
+    });
 }

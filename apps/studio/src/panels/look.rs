@@ -1,11 +1,12 @@
-//! How the scan looks: tiles of looks, light and colour, cuts, and what the camera frames.
+//! How the scan looks: tiles of looks, the curve of opacity and colour, light.
 
-use eframe::egui::{self, Color32, Rect, RichText, Sense, Slider, Stroke, StrokeKind, Ui, vec2};
-use lumivox_core::document::{Entry, Keep, Rows, Shape, Space, affine, rows};
-use lumivox_core::glam::{DAffine3, DMat3, DVec3};
-use lumivox_core::{ClipKind, Preset, Volume, placement};
+use eframe::egui::{
+    self, Color32, Rect, RichText, Sense, Slider, SliderClamping, Stroke, StrokeKind, Ui, vec2,
+};
+use lumivox_core::document::{Entry, Keep};
+use lumivox_core::{Preset, Volume};
 
-use crate::session::Session;
+use super::{curve, light};
 use crate::state::{Action, State};
 use crate::theme::{RADIUS, VIEW_GROUND, palette};
 use crate::words::{self, Word};
@@ -16,30 +17,25 @@ const COLUMNS: usize = 4;
 /// The room of a tile's name.
 const NAME: f32 = 19.0;
 
-/// The whole panel.
+/// The looks of the scan, its curve, its light.
 pub fn show(ui: &mut Ui, state: &mut State) {
-    egui::ScrollArea::vertical().auto_shrink(false).show(ui, |ui| {
-        ui.spacing_mut().item_spacing.y = 6.0;
-        heading(ui, state, Word::Looks);
-        tiles(ui, state);
-        everything(ui, state);
-        heading(ui, state, Word::Light);
-        light(ui, state);
-        heading(ui, state, Word::Cut);
-        cuts(ui, state);
-        heading(ui, state, Word::Camera);
-        camera(ui, state);
-        ui.add_space(10.0);
-    });
+    tiles(ui, state);
+    everything(ui, state);
+    heading(ui, state, Word::Curve);
+    curve::show(ui, state);
+    shape(ui, state);
+    heading(ui, state, Word::Light);
+    light::show(ui, state);
+    ui.add_space(10.0);
 }
 
-fn heading(ui: &mut Ui, state: &State, word: Word) {
+pub fn heading(ui: &mut Ui, state: &State, word: Word) {
     let p = palette(state.settings.is_dark);
     ui.add_space(8.0);
     ui.label(RichText::new(state.say(word)).strong().size(14.5).color(p.text));
 }
 
-fn entry(state: &State) -> Option<&Entry> {
+pub fn entry(state: &State) -> Option<&Entry> {
     state.session.as_ref()?.document().volumes.first()
 }
 
@@ -118,7 +114,7 @@ fn everything(ui: &mut Ui, state: &mut State) {
 const NUMBER: f32 = 78.0;
 
 /// A slider with its name before it, in a row; true when it was moved.
-fn slider(ui: &mut Ui, name: &str, slider: Slider<'_>) -> bool {
+pub fn slider(ui: &mut Ui, name: &str, slider: Slider<'_>) -> bool {
     ui.horizontal(|ui| {
         let left = egui::Layout::left_to_right(egui::Align::Center);
         let words = egui::Label::new(RichText::new(name).size(13.0)).truncate();
@@ -130,19 +126,15 @@ fn slider(ui: &mut Ui, name: &str, slider: Slider<'_>) -> bool {
         let room = ui.available_width() - NUMBER;
         ui.spacing_mut().interact_size = vec2(NUMBER - 8.0, 22.0);
         ui.spacing_mut().slider_width = room.max(60.0);
+        // What came otherwise is not rounded by being shown.
+        let slider = slider.clamping(SliderClamping::Edits);
         ui.add(slider).labelled_by(label.inner.id).changed()
     })
     .inner
 }
 
-fn light(ui: &mut Ui, state: &mut State) {
-    let Some(session) = &state.session else { return };
-    let mut exposure = session.document().display.exposure;
-    let stops = format!(" {}", state.say(Word::Stops));
-    let bar = Slider::new(&mut exposure, -4.0..=4.0).fixed_decimals(1).suffix(stops);
-    if slider(ui, state.say(Word::Exposure), bar) {
-        state.change(Word::Exposure, |document| document.display.exposure = exposure);
-    }
+/// Shift and width of the look.
+fn shape(ui: &mut Ui, state: &mut State) {
     let Some(session) = &state.session else { return };
     let reach = shift_range(session.scan());
     let Some(look) = entry(state).map(|entry| entry.look.clone()) else { return };
@@ -167,159 +159,10 @@ fn light(ui: &mut Ui, state: &mut State) {
 }
 
 /// How far a look can be moved: over what tissues differ by in a CT, else over most of the values.
-fn shift_range(scan: &Volume) -> f64 {
+pub fn shift_range(scan: &Volume) -> f64 {
     if scan.is_hounsfield() {
         return 500.0;
     }
     let [low, high] = scan.value_range();
     (0.5 * (high - low)).max(1e-6)
-}
-
-fn cuts(ui: &mut Ui, state: &mut State) {
-    let Some(session) = &state.session else { return };
-    let scan = session.scan().clone();
-    let Some((clip, plane)) = entry(state).map(|entry| (entry.clip, plane_of(entry).copied())) else {
-        return;
-    };
-    let whole = [DVec3::ZERO, DVec3::ONE];
-    let own = clip.map_or(whole, |[low, high]| [DVec3::from_array(low), DVec3::from_array(high)]);
-    // Left, head and front are where x, y and z grow.
-    let [mut low, mut high] = placement::node_clip(&scan, own);
-    let before = [low, high];
-    let sides = [
-        (Word::CutFront, 2, true),
-        (Word::CutBack, 2, false),
-        (Word::CutRight, 0, false),
-        (Word::CutLeft, 0, true),
-        (Word::CutHead, 1, true),
-        (Word::CutFeet, 1, false),
-    ];
-    let mut what = Word::Cut;
-    for (word, axis, from_high) in sides {
-        let mut percent = 100.0 * if from_high { 1.0 - high[axis] } else { low[axis] };
-        let bar = Slider::new(&mut percent, 0.0..=98.0).fixed_decimals(0).suffix(" %");
-        if slider(ui, state.say(word), bar) {
-            what = word;
-            let room = 0.02;
-            if from_high {
-                high[axis] = (1.0 - percent / 100.0).max(low[axis] + room);
-            } else {
-                low[axis] = (percent / 100.0).min(high[axis] - room);
-            }
-        }
-    }
-    if [low, high] != before {
-        let kept = placement::clip_box(&scan, low, high);
-        let kept = (kept != whole).then(|| kept.map(|corner| corner.to_array()));
-        state.change(what, |document| {
-            // Scans of one place are cut alike only where they fill the same box: the others stay whole.
-            if let Some(entry) = document.volumes.first_mut() {
-                entry.clip = kept;
-            }
-        });
-    }
-    match plane {
-        Some(shape) => plane_controls(ui, state, shape),
-        None => {
-            if ui.button(state.say(Word::PlaneAdd)).clicked()
-                && let Some(shape) = state.session.as_ref().map(|session| facing(session, state.cross))
-            {
-                change_plane(state, Word::PlaneAdd, Some(shape));
-            }
-        }
-    }
-    if (clip.is_some() || plane.is_some()) && ui.button(state.say(Word::CutNothing)).clicked() {
-        state.change(Word::CutNothing, |document| {
-            for entry in &mut document.volumes {
-                entry.clip = None;
-                entry.clip_shapes.clear();
-            }
-        });
-    }
-}
-
-/// The plane that these controls are for: the first in the world's space.
-fn plane_of(entry: &Entry) -> Option<&Shape> {
-    entry.clip_shapes.iter().find(|shape| is_own(shape))
-}
-
-fn is_own(shape: &Shape) -> bool {
-    shape.kind == ClipKind::Plane && shape.space == Space::World
-}
-
-/// A plane in mm of the world that keeps what lies along `normal`.
-fn plane(point: DVec3, normal: DVec3) -> Shape {
-    let (u, v) = normal.any_orthonormal_pair();
-    let turn = DMat3::from_cols(u, v, normal);
-    let turn = if turn.determinant() < 0.0 { DMat3::from_cols(v, u, normal) } else { turn };
-    let from_shape: Rows = rows(DAffine3::from_mat3_translation(turn, point));
-    Shape { kind: ClipKind::Plane, from_shape, space: Space::World, inverted: false }
-}
-
-/// Through the shared point, with what is before it cut away.
-fn facing(session: &Session, cross: DVec3) -> Shape {
-    let (scene, _) = session.scene();
-    let point = scene.volumes.first().map_or(DVec3::ZERO, |it| it.world_from_patient.transform_point3(cross));
-    let forward = -session.camera().world_from_camera.matrix3.z_axis;
-    plane(point * 1e3, forward.normalize_or(DVec3::NEG_Z))
-}
-
-fn change_plane(state: &mut State, what: Word, shape: Option<Shape>) {
-    state.change(what, |document| {
-        // All scans of the scene are cut: they lie in one world.
-        for entry in &mut document.volumes {
-            match (entry.clip_shapes.iter().position(is_own), shape) {
-                (Some(place), Some(shape)) => entry.clip_shapes[place] = shape,
-                (Some(place), None) => {
-                    entry.clip_shapes.remove(place);
-                }
-                (None, Some(shape)) => entry.clip_shapes.push(shape),
-                (None, None) => {}
-            }
-        }
-    });
-}
-
-fn plane_controls(ui: &mut Ui, state: &mut State, shape: Shape) {
-    let Some(session) = &state.session else { return };
-    let (center, reach) = (session.center() * 1e3, 0.5 * session.scan().size_mm().length());
-    let from_shape = affine(shape.from_shape);
-    let (point, normal) = (from_shape.translation, from_shape.matrix3.z_axis.normalize_or(DVec3::Z));
-    let before = (point - center).dot(normal);
-    let mut offset = before;
-    let bar = Slider::new(&mut offset, -reach..=reach).fixed_decimals(0).suffix(" mm");
-    if slider(ui, state.say(Word::PlaneOffset), bar) {
-        change_plane(state, Word::PlaneOffset, Some(plane(point + normal * (offset - before), normal)));
-    }
-    ui.horizontal(|ui| {
-        if ui.button(state.say(Word::PlaneFlip)).clicked() {
-            change_plane(state, Word::PlaneFlip, Some(plane(point, -normal)));
-        }
-        if ui.button(state.say(Word::PlaneRemove)).clicked() {
-            change_plane(state, Word::PlaneRemove, None);
-        }
-    });
-}
-
-fn camera(ui: &mut Ui, state: &mut State) {
-    const SIDES: [(Word, [f64; 2]); 5] = [
-        (Word::Front, [0.0, 0.0]),
-        (Word::Left, [90.0, 0.0]),
-        (Word::Right, [-90.0, 0.0]),
-        (Word::Back, [180.0, 0.0]),
-        (Word::Above, [0.0, 89.0]),
-    ];
-    ui.horizontal_wrapped(|ui| {
-        for (word, [azimuth, elevation]) in SIDES {
-            if ui.button(state.say(word)).clicked() {
-                state.act(Action::Frame(azimuth, elevation));
-            }
-        }
-        let orbit = state.session.as_ref().map(Session::orbit);
-        if let (true, Some(orbit)) =
-            (ui.button(state.say(Word::FrameAll)).on_hover_text("R").clicked(), orbit)
-        {
-            state.act(Action::Frame(orbit.azimuth.to_degrees(), orbit.elevation.to_degrees()));
-        }
-    });
 }

@@ -2,7 +2,10 @@
 
 use eframe::egui::{self, Align, Color32, CornerRadius, Frame, Margin, RichText, Stroke, Ui};
 
-use crate::state::{Action, Ask, Layout, State, ViewId};
+use super::tools::{named, toggle_oblique};
+use crate::settings::Mouse;
+use crate::slices::{Plane, Projection};
+use crate::state::{Action, Ask, Layout, State, Tool, ViewId};
 use crate::theme::palette;
 use crate::words::{Language, Word};
 
@@ -64,6 +67,14 @@ fn preferences(ui: &mut Ui, state: &mut State) {
         for (language, name) in Language::ALL {
             if ui.selectable_label(settings.language == language, name).clicked() {
                 settings.language = language;
+                ui.close();
+            }
+        }
+        ui.separator();
+        ui.label(RichText::new(state.say(Word::Profile)).small());
+        for mouse in Mouse::ALL {
+            if ui.selectable_label(settings.mouse == mouse, mouse.profile().name).clicked() {
+                settings.mouse = mouse;
                 ui.close();
             }
         }
@@ -209,6 +220,10 @@ pub fn keys(context: &egui::Context, state: &mut State) {
         actions.push(Action::About);
     }
     if is_open {
+        // Systems have a key of their own for it.
+        if context.input(|input| input.events.contains(&egui::Event::Copy)) {
+            actions.push(Action::Copy);
+        }
         if pressed(shift, Key::Z) || pressed(Modifiers::COMMAND, Key::Y) {
             actions.push(Action::Redo);
         }
@@ -222,10 +237,36 @@ pub fn keys(context: &egui::Context, state: &mut State) {
         if pressed(Modifiers::COMMAND, Key::E) {
             actions.push(Action::ExportDialog);
         }
-        for (key, view) in [Key::Num1, Key::Num2, Key::Num3, Key::Num4].into_iter().zip(ViewId::ALL) {
+        let numbers = [Key::Num1, Key::Num2, Key::Num3, Key::Num4, Key::Num5];
+        for (key, view) in numbers.into_iter().zip(ViewId::ALL) {
             if pressed(Modifiers::NONE, key) {
+                if view == ViewId::Slice(Plane::Oblique) && !state.shows_oblique {
+                    toggle_oblique(state);
+                }
                 state.active = view;
             }
+        }
+        for tool in Tool::ALL {
+            if pressed(Modifiers::NONE, named(tool).1) {
+                state.take(tool);
+            }
+        }
+        if pressed(Modifiers::NONE, Key::Escape) {
+            // First what is being made, then the tool.
+            let tool = if state.draft.is_some() { state.tool } else { Tool::Navigate };
+            state.take(tool);
+        }
+        if pressed(Modifiers::NONE, Key::O) {
+            toggle_oblique(state);
+        }
+        if pressed(Modifiers::NONE, Key::S) {
+            let place = Projection::ALL.iter().position(|own| *own == state.slab.projection);
+            state.slab.projection = Projection::ALL[(place.unwrap_or(0) + 1) % Projection::ALL.len()];
+        }
+        if pressed(Modifiers::NONE, Key::Delete) {
+            state.change(Word::Delete, |document| {
+                document.measurements.pop();
+            });
         }
         if pressed(Modifiers::NONE, Key::G) {
             state.layout = Layout::Grid;

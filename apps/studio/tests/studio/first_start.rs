@@ -50,7 +50,16 @@ fn it_speaks_german_and_is_bright_if_asked() {
 #[test]
 fn every_word_is_there_in_every_language() {
     // What is the same in both, or a name.
-    let same = [Word::Version, Word::ThreeD, Word::Axial, Word::Sagittal, Word::Pixels, Word::LookAorta];
+    let same = [
+        Word::Version,
+        Word::ThreeD,
+        Word::Axial,
+        Word::Sagittal,
+        Word::Pixels,
+        Word::LookAorta,
+        Word::SlabMaximum,
+        Word::SlabMinimum,
+    ];
     for word in Word::ALL {
         let [english, german] = [Language::English, Language::German].map(|language| word.of(language));
         assert!(!english.trim().is_empty() && !german.trim().is_empty(), "{word:?}");

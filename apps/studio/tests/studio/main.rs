@@ -2,11 +2,17 @@
 //!
 //! `LUMIVOX_SCREENSHOTS=FOLDER` keeps a picture of each step.
 
+mod cuts;
 mod first_start;
+mod keeping;
+mod looks;
+mod measure;
 mod opening;
 mod pictures;
 mod real_scans;
 mod renderer;
+mod slabs;
+mod structures;
 mod views;
 
 use std::io::Write;
@@ -20,7 +26,7 @@ use egui_kittest::kittest::{NodeT, Queryable};
 use lumivox_core::{CancelToken, Progress};
 use lumivox_phantom::{AnatomyOptions, SeriesDescription, anatomy, write_dicom_series};
 use lumivox_studio::app::{App, Choice, Chooser, Launch};
-use lumivox_studio::settings::{Forgetful, Settings};
+use lumivox_studio::settings::{Drawer, Forgetful, Settings};
 use lumivox_studio::state::Ask;
 use lumivox_studio::words::Language;
 
@@ -64,13 +70,12 @@ fn studio_with(settings: Settings) -> (Studio, Answers) {
 }
 
 fn launch(settings: Settings, makes_tiles: bool) -> (Studio, Answers) {
+    launch_with(Box::new(Forgetful(settings)), makes_tiles)
+}
+
+fn launch_with(drawer: Box<dyn Drawer>, makes_tiles: bool) -> (Studio, Answers) {
     let answers = Answers::default();
-    let launch = Launch {
-        open: vec![],
-        drawer: Box::new(Forgetful(settings)),
-        chooser: Box::new(answers.clone()),
-        makes_tiles,
-    };
+    let launch = Launch { open: vec![], drawer, chooser: Box::new(answers.clone()), makes_tiles };
     let mut studio = Harness::builder()
         .with_size([1360.0, 900.0])
         .with_max_steps(4)

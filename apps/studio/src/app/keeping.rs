@@ -1,0 +1,110 @@
+//! What leaves the program: tables, turns, a view for the clipboard; and what is kept of unsaved work when it ends.
+
+use std::path::{Path, PathBuf};
+use std::time::Duration;
+
+use eframe::egui::{self, ViewportCommand};
+
+use super::{App, Closing};
+use crate::darkroom::Exported;
+use crate::jobs::{self, Desk};
+use crate::measuring;
+use crate::opening::Source;
+use crate::rescue::{EVERY_SECONDS, Rescue};
+use crate::session::Session;
+use crate::state::Dialog;
+use crate::turntable::turntable;
+use crate::words::Word;
+
+impl App {
+    pub(super) fn turn_to(&mut self, file: PathBuf, steps: u32) {
+        let Some(session) = &self.state.session else { return };
+        self.tiling = None;
+        let (scene, document) = (session.scene().0.clone(), session.document().clone());
+        let (start, room, target) = (session.orbit(), self.darkroom.clone(), file.clone());
+        let work =
+            move |desk: &Desk<Exported>| turntable(&room, &document, &scene, start, (&target, steps), desk);
+        self.exporting = Some((file, jobs::start("render a turn", self.wake.clone(), work)));
+    }
+
+    /// The picture of the view that keys are for, once the window was drawn.
+    pub(super) fn copy_screenshot(&mut self, context: &egui::Context) {
+        let image = context.input(|input| {
+            input.events.iter().find_map(|event| match event {
+                egui::Event::Screenshot { image, .. } => Some(image.clone()),
+                _ => None,
+            })
+        });
+        if let Some(image) = image {
+            let scale = context.pixels_per_point();
+            context.copy_image(image.region(&self.state.active_rect, Some(scale)));
+            self.state.done = Some(self.state.say(Word::Copied).to_owned());
+        }
+    }
+
+    /// Keeps what is unsaved, every few seconds.
+    pub(super) fn keep_unsaved(&mut self, context: &egui::Context) {
+        let (Some(session), Some(rescue)) = (&self.state.session, &mut self.rescue) else { return };
+        let now = context.input(|input| input.time);
+        if now - self.looked_at < EVERY_SECONDS {
+            return;
+        }
+        self.looked_at = now;
+        if session.is_changed() {
+            rescue.keep(session.document());
+        }
+        // A view that rests is looked at again, too.
+        context.request_repaint_after(Duration::from_secs_f64(EVERY_SECONDS));
+    }
+
+    /// A window that is to be closed asks where something is unsaved.
+    pub(super) fn follow_close(&mut self, context: &egui::Context) {
+        if self.closes == Some(Closing::Now) {
+            context.send_viewport_cmd(ViewportCommand::Close);
+        }
+        if !context.input(|input| input.viewport().close_requested()) {
+            return;
+        }
+        let has_work = self.state.session.as_ref().is_some_and(Session::has_work);
+        if has_work && self.closes != Some(Closing::Now) {
+            context.send_viewport_cmd(ViewportCommand::CancelClose);
+            self.state.dialog = Some(Dialog::Leave);
+        } else if !matches!(self.state.dialog, Some(Dialog::Restore(_)))
+            && let Some(rescue) = &mut self.rescue
+        {
+            rescue.clear();
+        }
+    }
+
+    pub(super) fn save_table(&mut self, file: &Path) {
+        let Some(session) = &self.state.session else { return };
+        let table = measuring::csv(&session.document().measurements, session.scan());
+        match measuring::write_whole(file, table.as_bytes()) {
+            Ok(()) => {
+                let name = file.file_name().unwrap_or_default().to_string_lossy();
+                self.state.done = Some(format!("{}: {name}", self.state.say(Word::Saved)));
+            }
+            Err(why) => self.state.failed = Some((Word::CannotSave, why)),
+        }
+    }
+
+    /// Opens what another run left, or throws it away.
+    pub(super) fn restore(&mut self, restores: bool) {
+        let left = self.rescue.as_ref().and_then(Rescue::left).map(Path::to_owned);
+        match left {
+            Some(file) if restores => {
+                self.is_restoring = true;
+                self.open(Source::Files(vec![file]));
+            }
+            _ => {
+                if let Some(rescue) = &mut self.rescue {
+                    rescue.clear();
+                }
+                let later = std::mem::take(&mut self.later);
+                if !later.is_empty() {
+                    self.open(Source::Files(later));
+                }
+            }
+        }
+    }
+}

@@ -1,0 +1,184 @@
+//! Measurements: what is read off a phantom of known size, in slices and in 3D.
+
+use eframe::egui::{Key, Modifiers, PointerButton, Pos2};
+use lumivox_core::document::{Measured, MeasurementKind};
+use lumivox_core::glam::{DAffine3, DVec2, DVec3};
+use lumivox_core::{Modality, Volume, Voxels};
+use lumivox_studio::slices::{Geometry, Plane};
+use lumivox_studio::state::Tool;
+
+use super::views::{drag, press, view};
+use super::*;
+
+/// Voxels of the block in the phantom, along each axis.
+const BLOCK: [std::ops::Range<usize>; 3] = [12..36, 10..34, 8..24];
+
+/// A block of bone in air: in turn 900 and 1100 HU, in voxels of 2 x 2 x 3 mm.
+fn block(folder: &Path) -> PathBuf {
+    let dims = [48, 44, 32];
+    let value = |i: usize| {
+        let at = [i % 48, i / 48 % 44, i / 2112];
+        let is_inside = (0..3).all(|axis| BLOCK[axis].contains(&at[axis]));
+        let of_block = if at.iter().sum::<usize>() % 2 == 0 { 900 } else { 1100 };
+        (1024 + if is_inside { of_block } else { -1000 }) as u16
+    };
+    let place = DAffine3::from_scale(DVec3::new(2.0, 2.0, 3.0));
+    let samples = Voxels::U16((0..dims.iter().product()).map(value).collect());
+    let volume = Volume::new(dims, samples, [1.0, -1024.0], place, Modality::Ct).unwrap().with_unit("HU");
+    let scan = folder.join("block");
+    let series = SeriesDescription { patient_name: PATIENT.into(), ..SeriesDescription::default() };
+    write_dicom_series(&volume, &scan, &series, Progress::SILENT, &CancelToken::new()).unwrap();
+    scan
+}
+
+fn measured(studio: &Studio, index: usize) -> Measured {
+    let session = studio.state().state.session.as_ref().unwrap();
+    session.document().measurements[index].measured(session.scan()).unwrap()
+}
+
+fn count(studio: &Studio) -> usize {
+    studio.state().state.session.as_ref().unwrap().document().measurements.len()
+}
+
+/// Where a voxel is in the axial slice.
+fn in_axial(studio: &Studio, voxel: [f64; 3]) -> Pos2 {
+    let rect = view(studio, "Axial");
+    let state = &studio.state().state;
+    let scan = state.session.as_ref().unwrap().scan();
+    let size = [rect.width() as usize, rect.height() as usize];
+    let geometry = Geometry::new(scan, Plane::Axial.axes(), state.cross, size, 1.0, DVec2::ZERO);
+    let [x, y] = geometry.pixel(scan.patient_from_voxel().transform_point3(DVec3::from_array(voxel)));
+    rect.min + egui::vec2(x as f32, y as f32)
+}
+
+/// Where a voxel is in the 3D view, by its camera alone.
+fn in_3d(studio: &Studio, voxel: [f64; 3]) -> Pos2 {
+    let rect = view(studio, "3D");
+    let session = studio.state().state.session.as_ref().unwrap();
+    let patient = session.scan().patient_from_voxel().transform_point3(DVec3::from_array(voxel));
+    let world = session.scene().0.volumes[0].world_from_patient.transform_point3(patient);
+    let own = session.camera().world_from_camera.inverse().transform_point3(world);
+    let half = (session.camera().vertical_fov / 2.0).tan() * -own.z;
+    rect.center() + egui::vec2((own.x / half) as f32, (-own.y / half) as f32) * (rect.height() / 2.0)
+}
+
+fn click_at(studio: &mut Studio, at: Pos2) {
+    studio.event(egui::Event::PointerMoved(at));
+    studio.step();
+    press(studio, at, PointerButton::Primary, true);
+    press(studio, at, PointerButton::Primary, false);
+    studio.run_steps(2);
+}
+
+#[test]
+fn lengths_angles_and_regions_are_those_of_the_phantom() {
+    let _alone = alone();
+    let folder = tempfile::tempdir().unwrap();
+    let scan = block(folder.path());
+    let (mut studio, answers) = studio();
+    drop_files(&mut studio, &[&scan]);
+    wait(&mut studio, "it is read", |app| app.state.session.is_some());
+    click(&mut studio, "All that was scanned");
+    click(&mut studio, "Front");
+    settle(&mut studio);
+    let studio = &mut studio;
+
+    // From edge to edge of the block: 24 voxels of 2 mm, dragged in a slice.
+    click(studio, "Distance");
+    assert_eq!(studio.state().state.tool, Tool::Measure(MeasurementKind::Distance));
+    let window = studio.state().state.window;
+    let [from, to] = [[11.5, 22.0, 15.0], [35.5, 22.0, 15.0]].map(|voxel| in_axial(studio, voxel));
+    drag(studio, PointerButton::Primary, from, to);
+    let Measured::Length(mm) = measured(studio, 0) else { panic!("a length") };
+    assert!((mm - 48.0).abs() < 1.0, "{mm}");
+    assert!(says(studio, &format!("{mm:.1} mm")), "{:?}", texts(studio));
+    assert_eq!(studio.state().state.window, window, "the left button measures");
+    // The right one has the window meanwhile.
+    let beside = in_axial(studio, [22.0, 36.0, 15.0]);
+    drag(studio, PointerButton::Secondary, beside, beside + egui::vec2(20.0, 0.0));
+    assert!(studio.state().state.window[1] > window[1]);
+
+    // A corner of the block, by three clicks.
+    click(studio, "Angle");
+    for voxel in [[35.5, 9.5, 15.0], [11.5, 9.5, 15.0], [11.5, 33.5, 15.0]] {
+        let at = in_axial(studio, voxel);
+        click_at(studio, at);
+    }
+    let Measured::Angle(degrees) = measured(studio, 1) else { panic!("an angle") };
+    assert!((degrees - 90.0).abs() < 0.5, "{degrees}");
+
+    // Half of the voxels of an ellipse inside have 900 HU, half 1100.
+    click(studio, "Region");
+    let [from, to] = [[16.0, 14.0, 15.0], [32.0, 30.0, 15.0]].map(|voxel| in_axial(studio, voxel));
+    drag(studio, PointerButton::Primary, from, to);
+    let Measured::Region { area_mm2, values: Some(values) } = measured(studio, 2) else { panic!("a region") };
+    assert!((area_mm2 - std::f64::consts::PI * 16.0 * 16.0).abs() < 32.0, "{area_mm2}");
+    assert!(
+        (values.mean - 1000.0).abs() < 5.0 && (values.standard_deviation - 100.0).abs() < 1.0,
+        "{values:?}"
+    );
+    assert_eq!((values.min, values.max), (900.0, 1100.0));
+    assert!((values.count as f64 - area_mm2 / 4.0).abs() < 12.0, "{values:?}");
+    settle(studio);
+    screenshot(studio, "16-measurements");
+
+    // In 3D by clicks on the front of the block, at its depth: 20 voxels across, 10 up.
+    click(studio, "Distance");
+    for voxel in [[14.0, 9.5, 10.0], [34.0, 9.5, 20.0]] {
+        let at = in_3d(studio, voxel);
+        click_at(studio, at);
+    }
+    let Measured::Length(mm) = measured(studio, 3) else { panic!("a length") };
+    let wanted = 40.0_f64.hypot(30.0);
+    assert!((mm - wanted).abs() < 1.0, "{mm} {wanted}");
+    settle(studio);
+    screenshot(studio, "17-measured-in-3d");
+
+    // A point that is dragged is one step.
+    click(studio, "Navigate");
+    let before = studio.state().state.session.as_ref().unwrap().document().clone();
+    let point = studio.get_all_by_label("Measurement 1, 2").map(|node| node.rect().center());
+    let axial = view(studio, "Axial");
+    let point = point.into_iter().find(|at| axial.contains(*at)).unwrap();
+    let shorter = in_axial(studio, [23.5, 22.0, 15.0]);
+    drag(studio, PointerButton::Primary, point, shorter);
+    let Measured::Length(mm) = measured(studio, 0) else { panic!("a length") };
+    assert!((mm - 24.0).abs() < 1.0, "{mm}");
+    studio.key_press_modifiers(Modifiers::COMMAND, Key::Z);
+    studio.run_steps(2);
+    assert_eq!(studio.state().state.session.as_ref().unwrap().document(), &before);
+
+    // As a table.
+    let file = folder.path().join("table");
+    answers.next(&file);
+    click(studio, "Save as CSV…");
+    settle(studio);
+    let table = std::fs::read_to_string(file.with_extension("csv")).unwrap();
+    let rows: Vec<&str> = table.lines().collect();
+    assert!(rows[0].contains("Not a medical device") && rows.len() == 6, "{table}");
+    let columns: Vec<usize> = rows[1..].iter().map(|row| row.split(',').count()).collect();
+    assert_eq!(columns, [12; 5], "{table}");
+    assert!(rows[4].starts_with("3,region,,,") && rows[4].contains(",900.0000,1100.0000,HU,"), "{table}");
+    assert!(!table.contains("Doe"));
+
+    // Deleted, and back.
+    click(studio, "Delete 2");
+    assert_eq!(count(studio), 3);
+    studio.key_press(Key::Delete);
+    studio.run_steps(2);
+    assert_eq!(count(studio), 2);
+    for _ in 0..2 {
+        studio.key_press_modifiers(Modifiers::COMMAND, Key::Z);
+        studio.run_steps(2);
+    }
+    assert_eq!(studio.state().state.session.as_ref().unwrap().document(), &before);
+    // The scene's file has them.
+    let scene = folder.path().join("block.lumivox");
+    answers.next(&scene);
+    click(studio, "Save scene…");
+    settle(studio);
+    drop_files(studio, &[&scene]);
+    settle(studio);
+    let back = studio.state().state.session.as_ref().unwrap().document();
+    assert_eq!(back.measurements, before.measurements);
+}

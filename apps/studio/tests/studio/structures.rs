@@ -1,0 +1,123 @@
+//! Structures: found in the scan, and opened from a file.
+
+use eframe::egui::{Key, Modifiers};
+use lumivox_core::document::Style;
+use lumivox_core::{LabelVolume, UNLABELLED};
+
+use super::*;
+
+fn styles(studio: &Studio) -> Vec<Style> {
+    let entry = &studio.state().state.session.as_ref().unwrap().document().volumes[0];
+    entry.labels.as_ref().map_or(vec![], |labels| labels.styles.clone())
+}
+
+fn labels(studio: &Studio) -> Option<Arc<LabelVolume>> {
+    let session = studio.state().state.session.as_ref().unwrap();
+    session.scene().0.volumes[0].labels.as_ref().map(|labelling| labelling.labels.clone())
+}
+
+/// A ball in the middle of the shown scan, as 3D Slicer writes it; with its volume in ml.
+fn ball(studio: &Studio, folder: &Path) -> (PathBuf, f64) {
+    let scan = studio.state().state.session.as_ref().unwrap().scan().clone();
+    let (dims, place) = (scan.dims(), scan.patient_from_voxel());
+    let mut bytes = vec![0_u8; dims.iter().product()];
+    let mut count = 0.0;
+    for (i, byte) in bytes.iter_mut().enumerate() {
+        let at = [i % dims[0], i / dims[0] % dims[1], i / dims[0] / dims[1]];
+        let by: f64 = (0..3).map(|axis| (at[axis] as f64 - 0.5 * dims[axis] as f64).powi(2)).sum();
+        if by <= 25.0 {
+            (*byte, count) = (1, count + 1.0);
+        }
+    }
+    let column = |v: lumivox_core::glam::DVec3| format!("({},{},{})", v.x, v.y, v.z);
+    let m = place.matrix3;
+    let header = format!(
+        "NRRD0004\ntype: uint8\ndimension: 3\nspace: left-posterior-superior\nsizes: {} {} {}\n\
+         space directions: {} {} {}\nspace origin: {}\nencoding: raw\n\
+         Segment0_Name:=Tumour\nSegment0_LabelValue:=1\nSegment0_Color:=0.9 0.2 0.1\nSegment0_ID:=a\nSegment0_Layer:=0\n\n",
+        dims[0],
+        dims[1],
+        dims[2],
+        column(m.x_axis),
+        column(m.y_axis),
+        column(m.z_axis),
+        column(place.translation)
+    );
+    let file = folder.join("ball.seg.nrrd");
+    std::fs::write(&file, [header.as_bytes(), &bytes].concat()).unwrap();
+    (file, count * m.determinant().abs() / 1e3)
+}
+
+#[test]
+fn structures_are_found_and_opened_and_each_has_eye_colour_and_size() {
+    let _alone = alone();
+    let folder = tempfile::tempdir().unwrap();
+    let scan = head(folder.path(), 48);
+    let (mut studio, answers) = studio();
+    drop_files(&mut studio, &[&scan]);
+    wait(&mut studio, "it is read", |app| app.state.session.is_some());
+    settle(&mut studio);
+    let studio = &mut studio;
+    click(studio, "Structures");
+    click(studio, "Find in this scan");
+    settle(studio);
+    let found = labels(studio).expect("labels");
+    assert!(found.labels().len() >= 2, "{:?}", found.labels());
+    let name = found.labels()[0].name.clone();
+    assert!(says(studio, &name) && says(studio, " ml"), "{:?}", texts(studio));
+    screenshot(studio, "25-structures");
+
+    // Of a file: its name, its volume, its colour over slices.
+    let (file, ml) = ball(studio, folder.path());
+    answers.next(&file);
+    click(studio, "Open segmentation…");
+    settle(studio);
+    assert_eq!(studio.state().state.failed, None);
+    assert_eq!(labels(studio).unwrap().labels()[0].name, "Tumour");
+    let said = if ml < 10.0 { format!("{ml:.1} ml") } else { format!("{ml:.0} ml") };
+    assert!(says(studio, &said), "{said}: {:?}", texts(studio));
+    let axial = studio.get_all_by_label("Axial").map(|node| node.rect());
+    let axial = axial.max_by(|a, b| a.area().total_cmp(&b.area())).unwrap();
+    let middle = egui::Rect::from_center_size(axial.center() + egui::vec2(8.0, 8.0), egui::vec2(4.0, 4.0));
+    let redness = |(width, _, rgba): &(u32, u32, Vec<u8>)| {
+        let at = 4 * (middle.center().y as usize * *width as usize + middle.center().x as usize);
+        i32::from(rgba[at]) - i32::from(rgba[at + 2])
+    };
+    let tinted = redness(&screenshot(studio, "26-segmentation"));
+    assert!(tinted > 40, "{tinted}");
+    // Its eye.
+    click(studio, "Tumour");
+    let session = studio.state().state.session.as_ref().unwrap();
+    assert!(!session.scene().0.volumes[0].labels.as_ref().unwrap().style(1).visible);
+    studio.run_steps(2);
+    let plain = redness(&screenshot(studio, "27-hidden"));
+    assert!(plain.abs() < 8, "{plain}");
+    studio.key_press_modifiers(Modifiers::COMMAND, Key::Z);
+    studio.run_steps(2);
+    // The rest of the scan.
+    click(studio, "The rest of the scan");
+    let session = studio.state().state.session.as_ref().unwrap();
+    assert!(!session.scene().0.volumes[0].labels.as_ref().unwrap().style(UNLABELLED).visible);
+    // Solid, whatever its values are.
+    click(studio, "Look of the structure: Tumour");
+    click(studio, "Solid");
+    assert!(styles(studio).iter().any(|style| style.label == "Tumour" && style.transfer_function.is_some()));
+    settle(studio);
+    screenshot(studio, "28-solid");
+
+    // What is no label map is told by its name, and what was there stays.
+    let wrong = folder.path().join("wrong.nrrd");
+    std::fs::write(&wrong, "NRRD0004\ntype: uint8\n\n").unwrap();
+    answers.next(&wrong);
+    let before = styles(studio);
+    click(studio, "Open segmentation…");
+    wait(studio, "it is told", |app| app.state.failed.is_some());
+    assert!(says(studio, "wrong.nrrd"));
+    click(studio, "Close");
+    settle(studio);
+    assert_eq!(styles(studio), before);
+    assert_eq!(labels(studio).unwrap().labels()[0].name, "Tumour");
+    click(studio, "Forget");
+    settle(studio);
+    assert!(labels(studio).is_none());
+}
