@@ -34,6 +34,7 @@ const HOUSES: &[House] = &[
                 "codecs_here",
                 "colors",
                 "error",
+                "files",
                 "lengths",
                 "luminance",
                 "modality",

@@ -4,7 +4,6 @@
 //! resampling leaves behind, becomes 0; an infinite one, as half floats make of the sun, the largest of the map.
 
 use std::{
-    fs::File,
     io::BufReader,
     panic::{AssertUnwindSafe, catch_unwind},
     path::Path,
@@ -14,6 +13,7 @@ use lumivox_core::EnvironmentMap;
 
 use crate::{
     error::ImportError,
+    files::File,
     panorama::{WIDEST, check_size, damaged},
     payload::fill,
     radiance, source,

@@ -1,7 +1,6 @@
 //! What a file is, by its content.
 
 use std::{
-    fs::File,
     io::{BufRead, BufReader},
     path::Path,
 };
@@ -10,6 +9,7 @@ use lumivox_core::document::SceneDocument;
 
 use crate::{
     error::ImportError,
+    files::File,
     metaimage, mgh, nifti, npy, nrrd,
     payload::{GZIP_MAGIC, fill, inflate},
     pictures, raw,
@@ -41,7 +41,7 @@ const HEAD_BYTES: usize = 1024;
 /// # Errors
 /// [`ImportError::UnknownFormat`] says in words what it is instead.
 pub(crate) fn recognise(path: &Path) -> Result<Format, ImportError> {
-    let metadata = std::fs::metadata(path).map_err(ImportError::io(path))?;
+    let metadata = crate::files::metadata(path).map_err(ImportError::io(path))?;
     let unknown = |found: &str| ImportError::UnknownFormat { path: path.to_owned(), found: found.to_owned() };
     if metadata.is_dir() {
         return Err(unknown("it is a folder"));
@@ -72,7 +72,7 @@ pub(crate) fn recognise(path: &Path) -> Result<Format, ImportError> {
         }
         (None, _) => {}
     }
-    if !gzip && metadata.len() > 0 && raw::find_description(path)?.is_some() {
+    if !gzip && metadata.length() > 0 && raw::find_description(path)?.is_some() {
         return Ok(Format::Raw);
     }
     // After RAW, whose first samples can look like it.
@@ -169,7 +169,7 @@ fn header_beside(path: &Path) -> Option<String> {
     let is_gzip = path.extension().is_some_and(|extension| extension.eq_ignore_ascii_case("gz"));
     let plain = if is_gzip { path.with_extension("") } else { path.to_owned() };
     ["hdr", "mhd", "nhdr"].into_iter().map(|extension| plain.with_extension(extension)).find_map(|header| {
-        if header == path || !header.is_file() {
+        if header == path || !crate::files::is_file(&header) {
             return None;
         }
         let mut head = vec![0; HEAD_BYTES];

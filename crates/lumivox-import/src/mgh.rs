@@ -4,7 +4,6 @@
 //! samples. Directions and the centre are RAS: they are turned to LPS here.
 
 use std::{
-    fs::File,
     io::{BufReader, Read},
     path::Path,
 };
@@ -13,6 +12,7 @@ use lumivox_core::glam::{DAffine3, DMat3, DVec3};
 
 use crate::{
     error::ImportError,
+    files::File,
     payload::{Encoding, GZIP_MAGIC, Payload, fill, inflate},
     sample::SampleType,
     single::{Single, is_placement, lps_from_ras},

@@ -4,7 +4,6 @@
 //! is RAS: it is turned to LPS here. The `sform` is preferred to the `qform`, and that to bare spacing.
 
 use std::{
-    fs::File,
     io::{BufReader, Read},
     path::{Path, PathBuf},
 };
@@ -13,6 +12,7 @@ use lumivox_core::glam::{DAffine3, DMat3, DVec3};
 
 use crate::{
     error::ImportError,
+    files::File,
     payload::{ByteSkip, Encoding, GZIP_MAGIC, Payload, fill, inflate},
     sample::SampleType,
     single::{Single, axis_aligned, is_placement, lps_from_ras},
@@ -275,7 +275,7 @@ fn data_file(header: &Path) -> Result<(PathBuf, bool), ImportError> {
     let candidates =
         ["img", "img.gz", "IMG"].map(|extension| (plain.with_extension(extension), extension == "img.gz"));
     let fallback = candidates[0].clone();
-    Ok(candidates.into_iter().find(|(path, _)| path.is_file()).unwrap_or(fallback))
+    Ok(candidates.into_iter().find(|(path, _)| crate::files::is_file(path)).unwrap_or(fallback))
 }
 
 /// The sample type of a NIfTI `datatype` code, or what it is instead.

@@ -4,11 +4,11 @@
 //! that is a dictionary in Python's own words. An array has no places: its axes are z, y and x by custom, the last of them
 //! the fastest, of 1 mm; [`ImportOptions`] say it otherwise.
 
-use std::{fs::File, io::Read, path::Path};
+use std::{io::Read, path::Path};
 
 use crate::{
-    ImportOptions, error::ImportError, layout::ArrayLayout, payload::Payload, placement::placement,
-    sample::SampleType, single::Single,
+    ImportOptions, error::ImportError, files::File, layout::ArrayLayout, payload::Payload,
+    placement::placement, sample::SampleType, single::Single,
 };
 
 /// What every file begins with.

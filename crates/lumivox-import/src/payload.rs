@@ -4,7 +4,6 @@
 //! the files before any memory is asked for, and no more than that is ever inflated.
 
 use std::{
-    fs::File,
     io::{self, BufRead, BufReader, Read, Seek, SeekFrom},
     ops::Range,
     path::{Path, PathBuf},
@@ -15,6 +14,7 @@ use lumivox_core::{CancelToken, Progress, WorkStage};
 
 use crate::{
     error::ImportError,
+    files::File,
     sample::SampleType,
     written_samples::{HexBytes, TextSamples},
 };
@@ -225,7 +225,7 @@ impl Payload {
 
     /// Compares the size of a data file with what it must hold, and gives the position of its data.
     fn start_in(&self, header: &Path, file: &Path, bytes: u64) -> Result<u64, ImportError> {
-        let metadata = match std::fs::metadata(file) {
+        let metadata = match crate::files::metadata(file) {
             Err(e) if e.kind() == io::ErrorKind::NotFound && file != header => {
                 return Err(ImportError::Field {
                     path: header.to_owned(),
@@ -244,7 +244,7 @@ impl Payload {
                 remedy: "Name a plain file in the header".to_owned(),
             });
         }
-        let there = metadata.len().saturating_sub(self.start);
+        let there = metadata.length().saturating_sub(self.start);
         let skip = match self.byte_skip {
             ByteSkip::Bytes(skip) => skip,
             ByteSkip::Tail => 0,
@@ -280,7 +280,7 @@ impl Payload {
         }
         Ok(match self.byte_skip {
             ByteSkip::Tail if self.encoding == Encoding::Deflate => self.start,
-            ByteSkip::Tail => metadata.len().saturating_sub(bytes).max(self.start),
+            ByteSkip::Tail => metadata.length().saturating_sub(bytes).max(self.start),
             ByteSkip::Bytes(_) => self.start,
         })
     }

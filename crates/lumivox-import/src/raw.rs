@@ -21,7 +21,6 @@
 //! ```
 
 use std::{
-    fs::File,
     io::Read,
     path::{Path, PathBuf},
 };
@@ -32,6 +31,7 @@ use crate::{
     Imported,
     axes::PatientAxes,
     error::ImportError,
+    files::File,
     payload::Payload,
     raw_description::{RawDescription, parse_dims, parse_sample},
     single::Single,
@@ -84,7 +84,7 @@ pub(crate) fn find_description(path: &Path) -> Result<Option<(RawDescription, St
 
 fn open_described(path: &Path, description: &RawDescription, source: &str) -> Result<Single, ImportError> {
     let RawDescription { dims, sample, big_endian, header_bytes, slope, intercept, .. } = *description;
-    let metadata = std::fs::metadata(path).map_err(ImportError::io(path))?;
+    let metadata = crate::files::metadata(path).map_err(ImportError::io(path))?;
     // Pipes and devices have no size to compare with.
     if !metadata.is_file() {
         return Err(ImportError::Unsupported {
@@ -93,7 +93,7 @@ fn open_described(path: &Path, description: &RawDescription, source: &str) -> Re
             remedy: "Save the samples in a file and open that".to_owned(),
         });
     }
-    let actual = metadata.len();
+    let actual = metadata.length();
     let expected = description.file_bytes();
     if expected != Some(actual) {
         let makes = expected.map_or("more".to_owned(), |expected| expected.to_string());
@@ -142,7 +142,7 @@ fn sidecar(path: &Path) -> Option<PathBuf> {
     };
     [appended(".ini"), appended(".toml"), path.with_extension("ini"), path.with_extension("toml")]
         .into_iter()
-        .find(|candidate| candidate.is_file() && candidate != path)
+        .find(|candidate| crate::files::is_file(candidate) && candidate != path)
 }
 
 fn read_sidecar(path: &Path) -> Result<RawDescription, ImportError> {

@@ -76,7 +76,7 @@ impl Single {
         let kind = if sample.is_integer() { "" } else { " float" };
         let phases = if self.phases > 1 { format!(", {} phases", self.phases) } else { String::new() };
         let matrix = self.patient_from_voxel.matrix3;
-        let detached = !self.payload.files().contains(&self.path) && self.path.is_file();
+        let detached = !self.payload.files().contains(&self.path) && crate::files::is_file(&self.path);
         let summary = SeriesSummary {
             id: self.path.file_name().unwrap_or(self.path.as_os_str()).to_string_lossy().into_owned(),
             name: if code.is_empty() { format!("{} scan", self.format) } else { code.to_owned() },

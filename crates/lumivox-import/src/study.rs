@@ -116,10 +116,10 @@ impl Study {
             Ok(Self { content: Content::Layers(Box::new(single), segments), report, paths: vec![] })
         };
         match paths {
-            [folder] if folder.is_dir() && zarr::is_zarr(folder) => {
+            [folder] if crate::files::is_dir(folder) && zarr::is_zarr(folder) => {
                 Self::of_channels(zarr::open(folder, options, cancel)?, options)
             }
-            [folder] if folder.is_dir() => {
+            [folder] if crate::files::is_dir(folder) => {
                 let study = dicom::Study::open(paths, progress, cancel)?;
                 if study.is_dicom() {
                     return dicom(study);

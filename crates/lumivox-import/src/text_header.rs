@@ -2,7 +2,6 @@
 //! where something is wrong, and what both say of their samples in the same words.
 
 use std::{
-    fs::File,
     io::{BufRead, BufReader, Read, Take},
     path::{Component, Path, PathBuf},
     str::FromStr,
@@ -10,6 +9,7 @@ use std::{
 
 use crate::{
     error::ImportError,
+    files::File,
     payload::{ByteSkip, Encoding},
 };
 
@@ -213,7 +213,7 @@ pub(crate) fn is_below(folder: &Path, name: &Path) -> bool {
         return false;
     }
     let folder = if folder.as_os_str().is_empty() { Path::new(".") } else { folder };
-    match (folder.canonicalize(), folder.join(name).canonicalize()) {
+    match (crate::files::canonicalize(folder), crate::files::canonicalize(folder.join(name))) {
         (Ok(real_folder), Ok(real)) => real.starts_with(real_folder),
         // What is not there is complained about where it is looked for.
         _ => true,

@@ -30,7 +30,7 @@
 
 mod unity;
 
-use std::{fmt, fs::File, io::Read, path::Path};
+use std::{fmt, io::Read, path::Path};
 
 use lumivox_core::color::{linear_from_srgb, srgb_from_linear};
 use lumivox_core::medium::MOST_GRADIENTS;
@@ -41,6 +41,7 @@ use serde::{
 };
 
 use crate::error::ImportError;
+use crate::files::File;
 use unity::Unity;
 
 /// The version that is written, and the newest that is read.

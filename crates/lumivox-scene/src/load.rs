@@ -9,7 +9,7 @@ use lumivox_core::{
     CancelToken, Environment, Volume,
     document::{Scan, Surroundings},
 };
-use lumivox_import::{ImportError, ImportOptions, Imported};
+use lumivox_import::{ImportError, ImportOptions, Imported, files::canonicalize};
 
 use crate::{Audience, Note, OpenErrorKind, Opening, identified, is_another};
 
@@ -61,7 +61,7 @@ pub fn within(folder: &Path, file: &Path) -> PathBuf {
             part => plain.push(part),
         }
     }
-    match (path.canonicalize(), plain.canonicalize()) {
+    match (canonicalize(&path), canonicalize(&plain)) {
         (Ok(one), Ok(other)) if one == other => plain,
         _ => path,
     }

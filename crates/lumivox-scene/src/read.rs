@@ -1,12 +1,13 @@
 //! A scene's file, read.
 
 use std::{
-    fs::{self, File},
+    fs,
     io::{self, Read},
     path::{Path, PathBuf},
 };
 
 use lumivox_core::document::{DocumentError, Written};
+use lumivox_import::files::{self, File};
 
 /// Why a file could not be read as a scene.
 #[derive(Debug, thiserror::Error)]
@@ -46,7 +47,7 @@ pub fn read(file: &Path) -> Result<Written, ReadError> {
     /// Enough to tell a scan, which may be large.
     const BEGINNING: u64 = 4096;
     let unreadable = |error| ReadError::Io { file: file.to_owned(), error };
-    if !fs::metadata(file).map_err(unreadable)?.is_file() {
+    if !files::metadata(file).map_err(unreadable)?.is_file() {
         return Err(ReadError::NoFile(file.to_owned()));
     }
     let mut opened = File::open(file).map_err(unreadable)?;

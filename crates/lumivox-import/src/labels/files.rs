@@ -53,7 +53,7 @@ pub(super) fn load(
 ) -> Result<ImportedLabels, ImportError> {
     let mut files = Vec::new();
     for path in paths {
-        let is_study = !path.is_dir()
+        let is_study = !crate::files::is_dir(path)
             || zarr::is_zarr(path)
             || dicom::Study::open(std::slice::from_ref(path), Progress::SILENT, cancel)?.is_dicom();
         if is_study {

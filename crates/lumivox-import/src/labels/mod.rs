@@ -122,7 +122,7 @@ impl LabelFile {
         let one_of = |mut channels: Vec<Single>| {
             channel(&channels, import).map(|chosen| plain(channels.swap_remove(chosen)))
         };
-        if path.is_dir() {
+        if crate::files::is_dir(path) {
             let is_zarr = zarr::is_zarr(path);
             return is_zarr.then(|| one_of(zarr::open(path, import, &CancelToken::new())?)).transpose();
         }

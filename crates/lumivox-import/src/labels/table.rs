@@ -38,18 +38,18 @@ pub(crate) type Table = BTreeMap<i128, Entry>;
 /// # Errors
 /// [`ImportError`] names the file and the line.
 pub(crate) fn read(path: &Path) -> Result<Table, ImportError> {
-    let metadata = std::fs::metadata(path).map_err(ImportError::io(path))?;
+    let metadata = crate::files::metadata(path).map_err(ImportError::io(path))?;
     let unsupported = |what: String, remedy: &str| ImportError::Unsupported {
         path: path.to_owned(),
         what,
         remedy: remedy.to_owned(),
     };
     // Pipes and devices might never end.
-    if !metadata.is_file() || metadata.len() > LONGEST {
+    if !metadata.is_file() || metadata.length() > LONGEST {
         return Err(unsupported("no table of labels: it is no text file of usual size".to_owned(), TABLES));
     }
     let mut bytes = Vec::new();
-    let file = std::fs::File::open(path).map_err(ImportError::io(path))?;
+    let file = crate::files::File::open(path).map_err(ImportError::io(path))?;
     file.take(LONGEST).read_to_end(&mut bytes).map_err(ImportError::io(path))?;
     let text = String::from_utf8_lossy(&bytes);
     match parse(text.trim_start_matches('\u{feff}')) {
@@ -79,7 +79,7 @@ pub(crate) fn beside(map: &Path) -> Option<PathBuf> {
         return None;
     }
     let candidates = BESIDE.iter().map(|ending| map.with_file_name(format!("{stem}.{ending}")));
-    candidates.into_iter().find(|path| path != map && path.is_file())
+    candidates.into_iter().find(|path| path != map && crate::files::is_file(path))
 }
 
 /// The number of a line that cannot be understood is the error.

@@ -9,7 +9,6 @@ mod png;
 mod tiff;
 
 use std::{
-    fs::File,
     io::Read,
     path::{Path, PathBuf},
     sync::Arc,
@@ -20,6 +19,7 @@ use lumivox_core::CancelToken;
 use crate::{
     ImportOptions,
     error::ImportError,
+    files::File,
     placement::placement,
     sample::SampleType,
     samples::{Planes, Samples},
@@ -65,7 +65,7 @@ pub(crate) fn is_tiff(head: &[u8]) -> bool {
 
 fn kind(path: &Path) -> Option<Kind> {
     // Opening a pipe might wait for ever.
-    let is_file = std::fs::metadata(path).is_ok_and(|metadata| metadata.is_file());
+    let is_file = crate::files::metadata(path).is_ok_and(|metadata| metadata.is_file());
     let mut head = [0; 8];
     let file = is_file.then(|| File::open(path).ok()).flatten();
     file?.read_exact(&mut head).ok()?;
@@ -206,7 +206,7 @@ pub(crate) fn open_slices(
 
 /// Refuses pictures that are larger than their file can hold, before memory is taken for them.
 fn check_size(path: &Path, shape: &Shape, pages: usize) -> Result<(), ImportError> {
-    let actual = std::fs::metadata(path).map_err(ImportError::io(path))?.len();
+    let actual = crate::files::metadata(path).map_err(ImportError::io(path))?.length();
     let expected = shape.bytes().and_then(|bytes| bytes.checked_mul(pages)).map(|bytes| bytes as u64);
     match expected {
         Some(expected)

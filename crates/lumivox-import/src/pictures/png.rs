@@ -1,7 +1,6 @@
 //! Slices as PNG.
 
 use std::{
-    fs::File,
     io::BufReader,
     path::{Path, PathBuf},
 };
@@ -9,7 +8,7 @@ use std::{
 use png::{BitDepth, ColorType, Decoder, DecodingError, Limits, Reader, Transformations};
 
 use super::{Shape, damaged};
-use crate::{error::ImportError, sample::SampleType};
+use crate::{error::ImportError, files::File, sample::SampleType};
 
 /// What the decoder may take beside the picture itself.
 const MEMORY: usize = 64 << 20;

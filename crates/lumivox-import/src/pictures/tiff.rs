@@ -1,7 +1,6 @@
 //! Pages of TIFF files.
 
 use std::{
-    fs::File,
     io::BufReader,
     path::{Path, PathBuf},
     sync::{Mutex, PoisonError},
@@ -15,7 +14,7 @@ use tiff::{
 };
 
 use super::{MOST_PICTURES, Shape, damaged};
-use crate::{error::ImportError, sample::SampleType};
+use crate::{error::ImportError, files::File, sample::SampleType};
 
 /// What the decoder may take for a strip or tile, and for a value.
 const MEMORY: usize = 512 << 20;

@@ -55,11 +55,11 @@ impl Array {
     /// Reads the description of the array in a folder.
     pub(super) fn open(folder: &Path) -> Result<Self, ImportError> {
         let [three, two] = ["zarr.json", ".zarray"].map(|name| folder.join(name));
-        if three.is_file() {
+        if crate::files::is_file(&three) {
             let json = read_json(&three)?;
             return Self::of_three(folder, three, &json);
         }
-        if two.is_file() {
+        if crate::files::is_file(&two) {
             let json = read_json(&two)?;
             return Self::of_two(folder, two, &json);
         }
@@ -200,8 +200,8 @@ impl Array {
             if believed >= voxels {
                 return true;
             }
-            if let Ok(metadata) = std::fs::metadata(self.path_of(&index)) {
-                let there = (metadata.len() as usize).saturating_mul(LARGEST_RATIO) / self.sample.bytes();
+            if let Ok(metadata) = crate::files::metadata(self.path_of(&index)) {
+                let there = (metadata.length() as usize).saturating_mul(LARGEST_RATIO) / self.sample.bytes();
                 believed = believed.saturating_add(of_chunk.min(there).saturating_mul(TIMES));
             }
             // The next one, the last axis first.
@@ -239,9 +239,9 @@ impl Array {
     fn chunk(&self, index: &[usize]) -> Result<Option<Vec<u8>>, ImportError> {
         let path = self.path_of(index);
         // Neither a pipe nor a device is a chunk.
-        match std::fs::metadata(&path) {
+        match crate::files::metadata(&path) {
             Ok(metadata) if metadata.is_file() => {
-                if metadata.len() > 2 * LARGEST_CHUNK as u64 {
+                if metadata.length() > 2 * LARGEST_CHUNK as u64 {
                     return Err(damaged(&path, "is too long for a chunk"));
                 }
             }
@@ -249,7 +249,7 @@ impl Array {
             Err(fault) if fault.kind() == std::io::ErrorKind::NotFound => return Ok(None),
             Err(fault) => return Err(ImportError::Io { path, source: fault }),
         }
-        let file = std::fs::read(&path).map_err(ImportError::io(&path))?;
+        let file = crate::files::read(&path).map_err(ImportError::io(&path))?;
         let wanted = self.chunk.iter().product::<usize>() * self.sample.bytes();
         // No decoder is known to panic; if one does, it costs the chunk and not the program.
         let decode = std::panic::AssertUnwindSafe(|| self.compression.decode(file, wanted));

@@ -40,7 +40,7 @@ const MOST_CHANNELS: usize = 256;
 
 /// Whether a folder is an image or an array of Zarr.
 pub(crate) fn is_zarr(folder: &Path) -> bool {
-    ["zarr.json", ".zattrs", ".zgroup", ".zarray"].iter().any(|name| folder.join(name).is_file())
+    ["zarr.json", ".zattrs", ".zgroup", ".zarray"].iter().any(|name| crate::files::is_file(folder.join(name)))
 }
 
 /// An axis of an image, and millimetres in its unit.
@@ -233,11 +233,11 @@ fn voxels(array: &Array, axes: &[Axis]) -> Option<usize> {
 /// A folder's own description, if it has one.
 fn attributes(folder: &Path) -> Result<Option<Value>, ImportError> {
     let three = folder.join("zarr.json");
-    if three.is_file() {
+    if crate::files::is_file(&three) {
         return Ok(Some(read_json(&three)?["attributes"].take()));
     }
     let two = folder.join(".zattrs");
-    if two.is_file() { read_json(&two).map(Some) } else { Ok(None) }
+    if crate::files::is_file(&two) { read_json(&two).map(Some) } else { Ok(None) }
 }
 
 /// The first image that attributes describe.
@@ -301,7 +301,7 @@ fn transform(value: &Value, axes: usize) -> (Vec<f64>, Vec<f64>) {
 
 fn read_json(path: &Path) -> Result<Value, ImportError> {
     use std::io::Read;
-    let file = std::fs::File::open(path).map_err(ImportError::io(path))?;
+    let file = crate::files::File::open(path).map_err(ImportError::io(path))?;
     let mut text = Vec::new();
     file.take(LONGEST + 1).read_to_end(&mut text).map_err(ImportError::io(path))?;
     if text.len() as u64 > LONGEST {

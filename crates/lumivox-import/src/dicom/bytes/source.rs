@@ -2,7 +2,6 @@
 //! zipped.
 
 use std::{
-    fs::File,
     io::{self, BufReader, Read, Seek, SeekFrom},
     path::{Path, PathBuf},
     sync::Arc,
@@ -12,6 +11,7 @@ use flate2::{Crc, bufread::MultiGzDecoder, read::DeflateDecoder};
 use lumivox_core::CancelToken;
 
 use crate::ImportError;
+use crate::files::File;
 
 /// Read at a time while a header is walked: few headers are longer.
 pub(crate) const BUFFER: usize = 16 << 10;
@@ -76,7 +76,7 @@ impl Source {
         match self {
             Source::File(path) => {
                 let file = File::open(path)?;
-                let length = Some(file.metadata()?.len());
+                let length = Some(file.length()?);
                 let reader = Reader::File(BufReader::with_capacity(BUFFER, file));
                 Ok(Input { reader, position: 0, length, cancel: CancelToken::new() })
             }
@@ -336,7 +336,7 @@ pub(crate) fn zip_entries(path: &Path) -> Result<ZipEntries, ImportError> {
 fn listed_entries(file: &mut File) -> io::Result<Option<usize>> {
     /// The end record, and the longest comment behind it.
     const LONGEST: u64 = 22 + 65535;
-    let length = file.metadata()?.len();
+    let length = file.length()?;
     file.seek(SeekFrom::Start(length.saturating_sub(LONGEST)))?;
     let mut end = Vec::new();
     file.take(LONGEST).read_to_end(&mut end)?;

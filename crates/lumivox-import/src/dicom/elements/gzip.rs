@@ -1,7 +1,6 @@
 //! Gzip files of DICOM files.
 
 use std::{
-    fs::File,
     io::{self, BufReader, Read, Seek, SeekFrom},
     path::Path,
 };
@@ -13,13 +12,14 @@ use crate::dicom::{
     bytes::source::{BUFFER, CHUNK, Source, check, inflation_limit},
     elements::data_set::is_dicom,
 };
+use crate::files::File;
 
 /// The least bytes of a gzip file: magic, method, flags, time, system; checksum and size.
 const LEAST_GZIP: u64 = 18;
 
 /// Whether a file is a gzip file of a DICOM file, by the first bytes of that.
 pub(crate) fn is_gzip_of_dicom(path: &Path) -> io::Result<bool> {
-    let compressed = path.metadata()?.len();
+    let compressed = crate::files::metadata(path)?.length();
     let size = inflation_limit(compressed);
     Ok(compressed >= LEAST_GZIP && is_dicom(&Source::Gzip { path: path.to_owned(), size }))
 }
@@ -33,7 +33,7 @@ pub(crate) fn gzip(path: &Path, cancel: &CancelToken) -> io::Result<Option<Sourc
         return Ok(None);
     }
     let mut file = File::open(path)?;
-    let compressed = file.metadata()?.len();
+    let compressed = file.length()?;
     let limit = inflation_limit(compressed);
     file.seek(SeekFrom::End(-4))?;
     let mut said = [0; 4];

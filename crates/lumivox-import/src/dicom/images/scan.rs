@@ -2,7 +2,6 @@
 
 use std::{
     collections::HashSet,
-    fs,
     path::{Path, PathBuf},
     sync::atomic::{AtomicU64, Ordering},
 };
@@ -17,6 +16,7 @@ use crate::{
         elements::gzip::gzip,
         images::{image_file::ImageFile, read::read_image, rejected::Rejected},
     },
+    files,
     format::{Format, sniff},
     payload::GZIP_MAGIC,
 };
@@ -45,7 +45,7 @@ pub(crate) fn scan(
     let mut scan = Scan::default();
     let mut sources = Vec::new();
     for path in paths {
-        if fs::metadata(path).map_err(ImportError::io(path))?.is_dir() {
+        if files::metadata(path).map_err(ImportError::io(path))?.is_dir() {
             let Found { files, closed } = files_below(path, cancel)?;
             scan.rejected.extend(closed);
             for file in files {
@@ -112,7 +112,7 @@ fn add(
     let unusable =
         |found: &str| ImportError::UnknownFormat { path: path.to_owned(), found: found.to_owned() };
     // Opening a pipe or a device might wait for ever.
-    if !fs::metadata(path).map_err(ImportError::io(path))?.is_file() {
+    if !files::metadata(path).map_err(ImportError::io(path))?.is_file() {
         return Err(unusable("it is not a plain file"));
     }
     let source = Source::File(path.to_owned());
@@ -171,7 +171,7 @@ pub(crate) fn files_below(folder: &Path, cancel: &CancelToken) -> Result<Found, 
     };
     let mut too_deep = Vec::new();
     while let Some((folder, depth)) = folders.pop() {
-        let entries = match fs::read_dir(&folder) {
+        let entries = match files::read_dir(&folder) {
             // A folder within that is closed to the user is no reason to give up on the rest.
             Err(error) if depth > 0 => {
                 close(folder, error);
@@ -189,12 +189,11 @@ pub(crate) fn files_below(folder: &Path, cancel: &CancelToken) -> Result<Found, 
                 }
                 result => result.map_err(ImportError::io(&folder))?,
             };
-            if is_junk(&entry.file_name().to_string_lossy()) {
+            if is_junk(&entry.name.to_string_lossy()) {
                 continue;
             }
-            let path = entry.path();
-            let kind = entry.file_type().map_err(ImportError::io(&path))?;
-            if kind.is_dir() || (kind.is_symlink() && path.is_dir()) {
+            let path = entry.path;
+            if entry.is_dir || (entry.is_link && files::is_dir(&path)) {
                 let Ok(real) = real_folder(&path) else { continue };
                 if depth >= DEEPEST_FOLDER {
                     let error = ImportError::Unsupported {
@@ -210,7 +209,7 @@ pub(crate) fn files_below(folder: &Path, cancel: &CancelToken) -> Result<Found, 
                 if !root.starts_with(&real) && seen.insert(real) {
                     folders.push((path, depth + 1));
                 }
-            } else if kind.is_file() || path.is_file() {
+            } else if entry.is_file || files::is_file(&path) {
                 files.push(path);
             }
         }
@@ -223,7 +222,7 @@ pub(crate) fn files_below(folder: &Path, cancel: &CancelToken) -> Result<Found, 
 /// Where a folder is that is there, links followed. Some drives of Windows (disks in memory, Wine's in long paths) cannot say that:
 /// such a folder is where it is called, and what leads back into it ends at the deepest folder.
 fn real_folder(folder: &Path) -> std::io::Result<PathBuf> {
-    fs::canonicalize(folder).or_else(|error| match fs::metadata(folder) {
+    files::canonicalize(folder).or_else(|error| match files::metadata(folder) {
         Ok(_) => std::path::absolute(folder),
         Err(_) => Err(error),
     })
