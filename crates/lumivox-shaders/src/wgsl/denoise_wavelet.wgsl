@@ -29,7 +29,7 @@ fn spline(i: i32) -> f32 {
 fn alike(a: Pixel, b: Pixel) -> f32 {
     let a_is_nearer = a.limit > 0.0 && (b.limit == 0.0 || a.limit < b.limit);
     var opacity = min(a.alpha, b.alpha);
-    if (a_is_nearer && b.depth > a.limit || !a_is_nearer && b.limit > 0.0 && a.depth > b.limit) {
+    if ((a_is_nearer && b.depth > a.limit) || (!a_is_nearer && b.limit > 0.0 && a.depth > b.limit)) {
         // The nearer surface hides it.
         opacity = 0.0;
     }
