@@ -62,7 +62,7 @@ const RULES: &[Rule] = &[
     Rule { name: "lumivox-testing",   kind: Kind::TestOnly, imports: LIBRARIES },
     Rule { name: "lumivox",           kind: Kind::App,      imports: LIBRARIES },
     Rule { name: "lumivox-window",    kind: Kind::App,      imports: LIBRARIES },
-    Rule { name: "lumivox-studio",    kind: Kind::App,      imports: &["lumivox-core", "lumivox-import", "lumivox-scene", "lumivox-renderer", "lumivox-viewport", "lumivox-wgpu"] },
+    Rule { name: "lumivox-studio",    kind: Kind::App,      imports: &["lumivox-core", "lumivox-import", "lumivox-phantom", "lumivox-scene", "lumivox-renderer", "lumivox-viewport", "lumivox-wgpu"] },
     // Its tests depend on it, so that it is built with them; nobody else does.
     Rule { name: "lumivox-godot",     kind: Kind::Library,  imports: &["lumivox-core", "lumivox-import", "lumivox-phantom", "lumivox-scene", "lumivox-segmentation", "lumivox-shaders", "lumivox-renderer"] },
     // The program of the import crate is built with them, too.

@@ -8,13 +8,14 @@ use std::pin::Pin;
 use std::sync::Arc;
 
 use eframe::egui::{self, ColorImage, Frame, Margin, Panel, TextureOptions, ViewportCommand};
+use lumivox_core::Preset;
 use lumivox_core::document::View;
-use lumivox_core::{Preset, Scene};
 
-use crate::darkroom::{Darkroom, Exported, Tile, develop_tiles, export};
-use crate::jobs::{Desk, Job, Wake, start};
+use crate::darkroom::{Darkroom, Exported, Tile};
+use crate::errands;
+use crate::jobs::{Job, Wake};
 use crate::live::Live;
-use crate::opening::{self, Source, Told};
+use crate::opening::{Shown, Source, Told};
 use crate::panels::{dialogs, side, strip, structures, tools, top, views, welcome};
 use crate::rescue::Rescue;
 use crate::session::Session;
@@ -24,7 +25,11 @@ use crate::theme;
 use crate::words::{Language, Word};
 
 /// What a file dialog will say: nothing, where it was closed.
+#[cfg(not(target_family = "wasm"))]
 pub type Choice = Pin<Box<dyn Future<Output = Vec<PathBuf>> + Send>>;
+/// What a file dialog will say: nothing, where it was closed. There is one thread.
+#[cfg(target_family = "wasm")]
+pub type Choice = Pin<Box<dyn Future<Output = Vec<PathBuf>>>>;
 
 /// Who shows file dialogs: the desktop, a browser, a test.
 pub trait Chooser {
@@ -43,9 +48,6 @@ pub struct Launch {
     /// Whether looks are shown as tiles of the scan, which takes a slow GPU's time.
     pub makes_tiles: bool,
 }
-
-/// What showing a scan anew tells: the scene with what is worth telling, or why there is none.
-type Shown = Result<(Scene, Vec<String>), String>;
 
 /// The program.
 pub struct App {
@@ -138,18 +140,27 @@ impl App {
     }
 
     fn open(&mut self, source: Source) {
+        let job = errands::open(source, self.wake.clone());
+        self.begin(job);
+    }
+
+    /// Shows what a job opens, once it has.
+    pub fn begin(&mut self, job: Job<Told>) {
         (self.tiling, self.were_tiles_made) = (None, true);
         self.state.done = None;
-        let work = move |desk: &Desk<Told>| opening::open(source, desk);
-        self.opening = Some(start("open a scan", self.wake.clone(), work));
+        self.opening = Some(job);
+    }
+
+    /// Wakes the interface.
+    pub fn wake(&self) -> &Wake {
+        &self.wake
     }
 
     /// Shows the voxels that the document wants.
     fn show_anew(&mut self) {
         let Some(session) = &mut self.state.session else { return };
         let (document, scans) = session.to_show();
-        let work = move |desk: &Desk<Shown>| desk.tell(opening::show(&document, scans, desk));
-        self.showing = Some(start("show a scan", self.wake.clone(), work));
+        self.showing = Some(errands::show(document, scans, self.wake.clone()));
     }
 
     /// Begins with tiles that are wanted, once the picture itself has what a device gives.
@@ -161,9 +172,7 @@ impl App {
         }
         let Some(session) = &self.state.session else { return };
         let (document, scan) = (session.document().clone(), session.scan().clone());
-        let room = self.darkroom.clone();
-        let work = move |desk: &Desk<Tile>| develop_tiles(&room, &document, &scan, desk);
-        self.tiling = Some(start("make tiles", self.wake.clone(), work));
+        self.tiling = Some(errands::tiles(self.darkroom.clone(), document, scan, self.wake.clone()));
         self.were_tiles_made = true;
     }
 
@@ -172,9 +181,9 @@ impl App {
         // The picture comes before the tiles that are left.
         self.tiling = None;
         let (scene, document) = (session.scene().0.clone(), session.document().clone());
-        let (camera, room, target) = (*session.camera(), self.darkroom.clone(), file.clone());
-        let work = move |desk: &Desk<Exported>| export(&room, &document, &scene, &camera, &target, desk);
-        self.exporting = Some((file, start("render a picture", self.wake.clone(), work)));
+        let (camera, room) = (*session.camera(), self.darkroom.clone());
+        let job = errands::export(room, document, scene, camera, file.clone(), self.wake.clone());
+        self.exporting = Some((file, job));
     }
 
     /// What jobs have told.
@@ -259,7 +268,7 @@ impl App {
             match message {
                 Told::Series { series, chosen, study } => {
                     let known = std::mem::take(&mut self.state.strip);
-                    let is_same = known.study.as_ref().is_some_and(|known| Arc::ptr_eq(known, &study));
+                    let is_same = known.study.as_ref().is_some_and(|known| known.is_same(&study));
                     let thumbnails = if is_same { known.thumbnails } else { Default::default() };
                     self.state.strip = Strip { series, chosen, study: Some(study), thumbnails };
                 }
@@ -363,8 +372,7 @@ impl App {
             Action::Ask(ask) => {
                 if self.asking.is_none() {
                     let choice = self.chooser.ask(&ask, self.state.settings.language);
-                    let work = move |desk: &Desk<Vec<PathBuf>>| desk.tell(pollster::block_on(choice));
-                    self.asking = Some((ask, start("file dialog", self.wake.clone(), work)));
+                    self.asking = Some((ask, errands::choose(choice, self.wake.clone())));
                 }
             }
             Action::Open(files) => self.open(Source::Files(files)),
@@ -468,6 +476,11 @@ fn with_extension(file: PathBuf, known: &[&str]) -> PathBuf {
 }
 
 impl eframe::App for App {
+    #[cfg(target_family = "wasm")]
+    fn as_any_mut(&mut self) -> Option<&mut dyn std::any::Any> {
+        Some(self)
+    }
+
     fn ui(&mut self, ui: &mut egui::Ui, _: &mut eframe::Frame) {
         let context = ui.ctx().clone();
         theme::choose(&context, self.state.settings.is_dark);

@@ -1,7 +1,5 @@
 //! Stills beside the interface: looks as tiles of this scan, and pictures for files. On a device of its own, so that the view goes on.
 
-use std::fs;
-use std::io::BufWriter;
 use std::ops::ControlFlow;
 use std::path::Path;
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
@@ -13,6 +11,7 @@ use lumivox_renderer::{DisplaySettings, display};
 use lumivox_wgpu::{Gpu, HeadlessRenderer, Outcome, RenderRequest};
 use rayon::prelude::*;
 
+use crate::files;
 use crate::jobs::{Busy, Desk};
 use crate::opening::show;
 use crate::words::{Language, Word};
@@ -239,29 +238,26 @@ pub fn export(
     if desk.cancel().is_cancelled() {
         return;
     }
-    desk.tell(match developed.and_then(|still| write_png(file, &still.picture).map(|()| still.is_reduced)) {
+    desk.tell(match developed.and_then(|still| keep(file, &still.picture).map(|()| still.is_reduced)) {
         Ok(is_reduced) => Exported::Written(is_reduced.then_some(Word::Reduced)),
         Err(why) => Exported::Failed(why),
     });
 }
 
-/// Writes a picture, with what it is not for; a file that is there is replaced only when the new one is whole.
-pub(crate) fn write_png(file: &Path, picture: &Picture) -> Result<(), String> {
-    let unwritten = |error: &dyn std::fmt::Display| format!("cannot write {}: {error}", file.display());
-    let aside = file.with_extension(format!("{}.part", std::process::id()));
-    let write = || -> Result<(), png::EncodingError> {
+/// Keeps a picture, with what it is not for.
+///
+/// # Errors
+/// A sentence that names the file.
+pub fn keep(file: &Path, picture: &Picture) -> Result<(), String> {
+    files::save(file, &mut |out| {
         let [width, height] = picture.size;
-        let mut encoder = png::Encoder::new(BufWriter::new(fs::File::create(&aside)?), width, height);
+        let mut encoder = png::Encoder::new(out, width, height);
         encoder.set_color(png::ColorType::Rgba);
         encoder.set_source_srgb(png::SrgbRenderingIntent::Perceptual);
         encoder.add_text_chunk("Software".into(), "Lumivox Studio".into())?;
         encoder.add_text_chunk("Disclaimer".into(), Word::NoDevice.of(Language::English).into())?;
         let mut writer = encoder.write_header()?;
         writer.write_image_data(&picture.rgba)?;
-        writer.finish()
-    };
-    let written = write().map_err(|error| unwritten(&error));
-    written.and_then(|()| fs::rename(&aside, file).map_err(|error| unwritten(&error))).inspect_err(|_| {
-        let _ = fs::remove_file(&aside);
+        Ok(writer.finish()?)
     })
 }

@@ -32,6 +32,8 @@ impl Busy {
 /// A job, as the interface sees it. Dropped, it is cancelled: nobody would hear of it.
 pub struct Job<M> {
     messages: mpsc::Receiver<M>,
+    /// Ends what does not ask whether it is to end.
+    ends: Option<Box<dyn FnOnce()>>,
     cancel: CancelToken,
     busy: Arc<Mutex<Busy>>,
     is_over: bool,
@@ -40,6 +42,7 @@ pub struct Job<M> {
 
 /// A job, as its work sees it.
 pub struct Desk<M> {
+    was_done: Arc<AtomicBool>,
     messages: mpsc::Sender<M>,
     cancel: CancelToken,
     busy: Arc<Mutex<Busy>>,
@@ -59,29 +62,36 @@ fn lock(busy: &Mutex<Busy>) -> MutexGuard<'_, Busy> {
     busy.lock().unwrap_or_else(PoisonError::into_inner)
 }
 
+/// A job that is done elsewhere, and where what it says is put down; it is broken unless that says that it is done. `ends` is
+/// called when nobody would hear of it any more.
+pub fn elsewhere<M>(wake: Wake, ends: impl FnOnce() + 'static) -> (Job<M>, Desk<M>) {
+    let (send, messages) = mpsc::channel();
+    let (cancel, busy, was_done) =
+        (CancelToken::new(), Arc::new(Mutex::new(Busy::default())), Arc::default());
+    let desk = Desk { messages: send, cancel: cancel.clone(), busy: busy.clone(), wake, was_done };
+    let was_done = desk.was_done.clone();
+    (Job { messages, ends: Some(Box::new(ends)), cancel, busy, is_over: false, was_done }, desk)
+}
+
 /// Begins a job.
 pub fn start<M: Send + 'static>(
     name: &str,
     wake: Wake,
     work: impl FnOnce(&Desk<M>) + Send + 'static,
 ) -> Job<M> {
-    let (send, messages) = mpsc::channel();
-    let (cancel, busy) = (CancelToken::new(), Arc::new(Mutex::new(Busy::default())));
-    let desk = Desk { messages: send, cancel: cancel.clone(), busy: busy.clone(), wake };
-    let was_done = Arc::new(AtomicBool::new(false));
-    let ended = was_done.clone();
+    let (job, desk) = elsewhere(wake, || {});
     let done = move || {
         // The last to go, however the work ends: the channel closes before the interface looks.
         let _wake = WakeLast(desk.wake.clone());
         let desk = desk;
         work(&desk);
-        ended.store(true, Ordering::Release);
+        desk.done();
     };
     // Where there is no thread for it, it is done here.
     if let Err(work) = host::spawn(name, done) {
         work();
     }
-    Job { messages, cancel, busy, is_over: false, was_done }
+    job
 }
 
 impl<M> Job<M> {
@@ -124,14 +134,27 @@ impl<M> Job<M> {
 impl<M> Drop for Job<M> {
     fn drop(&mut self) {
         self.cancel.cancel();
+        if let Some(end) = self.ends.take() {
+            end();
+        }
     }
 }
 
 impl<M> Desk<M> {
+    /// All is told.
+    pub fn done(&self) {
+        self.was_done.store(true, Ordering::Release);
+    }
+
     /// Tells the interface something.
     pub fn tell(&self, message: M) {
         // Nobody listens any more where another job took its place.
         let _ = self.messages.send(message);
+        (self.wake)();
+    }
+
+    /// Wakes the interface.
+    pub fn wake(&self) {
         (self.wake)();
     }
 

@@ -2,26 +2,35 @@
 //!
 //! [`App`] and its panels show a [`State`](state::State) of plain data; what people want is an [`Action`](state::Action). The state's
 //! heart is a scene document with one stack of commands ([`session`], [`history`]): saving, undo and exchange with every other host
-//! follow from that. Long work is in [`jobs`], the one place with threads; files, dialogs and settings are the host's
-//! ([`native`]).
+//! follow from that. Long work is in [`jobs`], begun by [`errands`]: on threads, or in a page's Worker. Files, dialogs and settings
+//! are the host's: `native` or `web`.
 
 pub mod app;
 pub mod darkroom;
+#[cfg_attr(target_family = "wasm", path = "web/errands.rs")]
+pub mod errands;
+#[cfg_attr(target_family = "wasm", path = "web/files.rs")]
+pub mod files;
 pub mod history;
 pub mod jobs;
 mod live;
 pub mod measuring;
+#[cfg(not(target_family = "wasm"))]
 pub mod native;
 pub mod opening;
 pub mod overlay;
 mod panels;
+pub mod parcel;
 pub mod rescue;
 pub mod session;
 pub mod settings;
 pub mod slices;
 pub mod state;
 pub mod theme;
+#[cfg(not(target_family = "wasm"))]
 mod turntable;
+#[cfg(target_family = "wasm")]
+pub mod web;
 pub mod words;
 
 use std::sync::Arc;

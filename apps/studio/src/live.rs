@@ -56,6 +56,11 @@ impl Live {
         &self.viewport
     }
 
+    /// The view, to set its pace.
+    pub fn viewport_mut(&mut self) -> &mut Viewport {
+        &mut self.viewport
+    }
+
     /// Draws a session's scene in so many pixels, as far as a frame has time for.
     ///
     /// # Errors

@@ -1,8 +1,5 @@
 //! Measurements as people read them: a line in a picture, a row of a list, a table for a file.
 
-use std::fs;
-use std::path::Path;
-
 use lumivox_core::Volume;
 use lumivox_core::document::{Measured, Measurement, MeasurementKind};
 use lumivox_core::glam::DVec3;
@@ -141,17 +138,4 @@ pub fn csv(measurements: &[Measurement], scan: &Volume) -> String {
         table += &(row.join(",") + "\n");
     }
     table
-}
-
-/// Writes a text: whole, or not at all.
-///
-/// # Errors
-/// A sentence that names the file.
-pub fn write_whole(file: &Path, text: &[u8]) -> Result<(), String> {
-    let aside = file.with_extension(format!("{}.part", std::process::id()));
-    let written = fs::write(&aside, text).and_then(|()| fs::rename(&aside, file));
-    written.map_err(|error| {
-        let _ = fs::remove_file(&aside);
-        format!("cannot write {}: {error}", file.display())
-    })
 }

@@ -1,19 +1,56 @@
 //! Files become a session: headers, the best series, the scene of it, thumbnails. All of it is done beside the interface.
 
-use std::fs::File;
 use std::io::Read;
 use std::path::{Path, PathBuf};
 use std::sync::{Arc, Mutex, PoisonError};
 
 use lumivox_core::document::{Entry, SceneDocument, View};
-use lumivox_core::{PerspectiveCamera, Preset, Scene, Volume};
+use lumivox_core::{PerspectiveCamera, Preset, Progress, Scene, Volume};
+use lumivox_import::files::{self, File};
 use lumivox_import::{ImportError, ImportOptions, ImportReport, SeriesSummary, Study, Thumbnail};
 use lumivox_scene::{Notes, OpenErrorKind, Opening, Remedy};
 
 use crate::jobs::Desk;
 
-/// A study whose headers were read, for the job that loads another of its series.
-pub type SharedStudy = Arc<Mutex<Study>>;
+/// A study, for the job that loads another of its series. Its headers are read once where that job shares memory with the one
+/// before, and again where it does not.
+#[derive(Clone)]
+pub struct SharedStudy {
+    files: Arc<[PathBuf]>,
+    study: Arc<Mutex<Option<Study>>>,
+}
+
+impl SharedStudy {
+    /// That of these files, of which nothing is read yet.
+    pub fn of(files: &[PathBuf]) -> Self {
+        Self { files: files.into(), study: Arc::default() }
+    }
+
+    fn read(files: &[PathBuf], study: Study) -> Self {
+        Self { files: files.into(), study: Arc::new(Mutex::new(Some(study))) }
+    }
+
+    /// Its files and folders.
+    pub fn files(&self) -> &[PathBuf] {
+        &self.files
+    }
+
+    /// Whether it is the same.
+    pub fn is_same(&self, other: &Self) -> bool {
+        Arc::ptr_eq(&self.study, &other.study)
+    }
+
+    /// Works with it; reads it before where that was not done.
+    fn locked<M: Send, T>(&self, desk: &Desk<M>, work: impl FnOnce(&mut Study) -> T) -> Result<T, String> {
+        let mut study = self.study.lock().unwrap_or_else(PoisonError::into_inner);
+        if study.is_none() {
+            let options = ImportOptions::default();
+            let open = |progress: Progress<'_>| Study::open(&self.files, &options, progress, desk.cancel());
+            *study = Some(desk.watch(open).map_err(words)?);
+        }
+        study.as_mut().map(work).ok_or_else(String::new)
+    }
+}
 
 /// The side of thumbnails, in pixels.
 const THUMBNAIL: usize = 160;
@@ -84,7 +121,7 @@ pub fn open(source: Source, desk: &Desk<Told>) {
 fn is_scene(file: &Path) -> bool {
     let mut beginning = vec![];
     let read = File::open(file).and_then(|file| file.take(4096).read_to_end(&mut beginning));
-    file.is_file() && read.is_ok() && SceneDocument::is_one(&beginning)
+    files::is_file(file) && read.is_ok() && SceneDocument::is_one(&beginning)
 }
 
 fn open_study(files: &[PathBuf], desk: &Desk<Told>) -> Result<(), String> {
@@ -101,37 +138,41 @@ fn open_study(files: &[PathBuf], desk: &Desk<Told>) -> Result<(), String> {
         let folder = files.first().map_or(String::new(), |file| file.display().to_string());
         return Err(format!("{folder}: there is no series of images that makes up a volume{why}"));
     }
-    let study = Arc::new(Mutex::new(study));
+    let study = SharedStudy::read(files, study);
     open_series(study.clone(), chosen, desk)?;
-    tell_thumbnails(&study, desk);
-    Ok(())
+    tell_thumbnails(&study, desk)
 }
 
 fn words(error: ImportError) -> String {
     error.to_string()
 }
 
-fn locked<T>(study: &SharedStudy, work: impl FnOnce(&mut Study) -> T) -> T {
-    work(&mut study.lock().unwrap_or_else(PoisonError::into_inner))
-}
-
 /// Loads a series of a study, and makes the scene of it that suits.
 fn open_series(study: SharedStudy, place: usize, desk: &Desk<Told>) -> Result<(), String> {
-    let series = locked(&study, |study| study.report().series.clone());
+    let series = study.locked(desk, |study| study.report().series.clone())?;
     let mut options = ImportOptions::default();
     if series.len() > 1 {
         options.series = Some((place + 1).to_string());
     }
     desk.tell(Told::Series { series, chosen: place, study: study.clone() });
-    let imported = locked(&study, |study| {
+    let load = |study: &mut Study| {
         desk.watch(|progress| study.load(&options, progress, desk.cancel())).map_err(words)
-    })?;
-    let volume = lumivox_scene::identified(imported.volume);
+    };
+    let imported = study.locked(desk, load)??;
+    present(imported.volume, imported.report, desk)
+}
+
+/// Makes the scene of a volume that suits.
+///
+/// # Errors
+/// Why it cannot be shown.
+pub fn present(volume: Volume, report: ImportReport, desk: &Desk<Told>) -> Result<(), String> {
+    let volume = lumivox_scene::identified(volume);
     let source = volume.source().cloned().unwrap_or_default();
     let scan = lumivox_core::document::Scan { keep: Default::default(), taken_off: None, ..source };
     let document = SceneDocument { volumes: vec![Entry::new(scan)], ..SceneDocument::default() };
     let volume = Arc::new(volume);
-    assemble(document, vec![volume], imported.report, vec![], desk)
+    assemble(document, vec![volume], report, vec![], desk)
 }
 
 /// What a note's remedy is called here: the switch that does it.
@@ -165,12 +206,14 @@ fn assemble(
     Ok(())
 }
 
+/// What showing a scan anew tells: the scene with what is worth telling, or why there is none.
+pub type Shown = Result<(Scene, Vec<String>), String>;
+
 /// What of scans is shown, with what is told of it.
-pub fn show<M: Send>(
-    document: &SceneDocument,
-    scans: Vec<Arc<Volume>>,
-    desk: &Desk<M>,
-) -> Result<(Scene, Vec<String>), String> {
+///
+/// # Errors
+/// Why nothing is.
+pub fn show<M: Send>(document: &SceneDocument, scans: Vec<Arc<Volume>>, desk: &Desk<M>) -> Shown {
     desk.watch(|progress| {
         let notes = Notes::new(progress, remedy);
         let opening = Opening { identify: true, ..Opening::default() };
@@ -209,9 +252,9 @@ fn open_scene(file: &Path, desk: &Desk<Told>) -> Result<(), String> {
         && let Ok(study) = desk.watch(|progress| Study::open(&scan.files, &options, progress, desk.cancel()))
     {
         let (series, chosen) = (study.report().series.clone(), study.report().chosen);
-        let study = Arc::new(Mutex::new(study));
+        let study = SharedStudy::read(&scan.files, study);
         desk.tell(Told::Series { series, chosen, study: study.clone() });
-        tell_thumbnails(&study, desk);
+        tell_thumbnails(&study, desk)?;
     }
     Ok(())
 }
@@ -230,13 +273,15 @@ fn with_whole_paths(document: &mut SceneDocument, folder: &Path) {
 }
 
 /// One after the other; what cannot be decoded has none.
-fn tell_thumbnails(study: &SharedStudy, desk: &Desk<Told>) {
-    for place in 0..locked(study, |study| study.report().series.len()) {
+fn tell_thumbnails(study: &SharedStudy, desk: &Desk<Told>) -> Result<(), String> {
+    for place in 0..study.locked(desk, |study| study.report().series.len())? {
         if desk.cancel().is_cancelled() {
-            return;
+            break;
         }
-        if let Ok(picture) = locked(study, |study| study.thumbnail(place, THUMBNAIL, desk.cancel())) {
+        let draw = |study: &mut Study| study.thumbnail(place, THUMBNAIL, desk.cancel());
+        if let Ok(picture) = study.locked(desk, draw)? {
             desk.tell(Told::Thumbnail(place, picture));
         }
     }
+    Ok(())
 }

@@ -6,7 +6,7 @@ use std::path::{Path, PathBuf};
 
 use lumivox_core::document::SceneDocument;
 
-use crate::measuring::write_whole;
+use crate::files;
 
 /// Seconds between two looks at what changed.
 pub const EVERY_SECONDS: f64 = 20.0;
@@ -51,7 +51,7 @@ impl Rescue {
             return;
         }
         let Ok(text) = document.to_json() else { return };
-        if write_whole(&self.file, text.as_bytes()).is_ok() {
+        if files::save(&self.file, &mut |out| Ok(out.write_all(text.as_bytes())?)).is_ok() {
             self.written = Some(document.clone());
         }
     }

@@ -12,6 +12,7 @@ use lumivox_core::{
 use lumivox_import::ImportReport;
 use lumivox_scene::Part;
 
+use crate::files;
 use crate::history::History;
 use crate::opening::Opened;
 use crate::words::Word;
@@ -253,11 +254,7 @@ impl Session {
     /// A sentence that names the file.
     pub fn save(&mut self, file: &Path) -> Result<(), String> {
         let document = self.document().clone();
-        let told = |why: String| {
-            let name = file.display().to_string();
-            if why.contains(&name) { why } else { format!("{name}: {why}") }
-        };
-        lumivox_scene::save_scene(self.scene.clone(), file, |_| Ok(document.clone())).map_err(told)?;
+        files::save_scene(file, &document, &self.scene)?;
         self.saved = document;
         Ok(())
     }

@@ -7,7 +7,7 @@ use std::process::{Command, Stdio};
 use lumivox_core::document::SceneDocument;
 use lumivox_core::{Orbit, Scene};
 
-use crate::darkroom::{Darkroom, Exported, develop, write_png};
+use crate::darkroom::{Darkroom, Exported, develop, keep};
 use crate::jobs::{Busy, Desk};
 use crate::words::{Language, Word};
 
@@ -44,7 +44,7 @@ pub fn turntable(
         }
         let written = developed.and_then(|still| {
             is_reduced |= still.is_reduced;
-            write_png(&step_file(file, step), &still.picture)
+            keep(&step_file(file, step), &still.picture)
         });
         if let Err(why) = written {
             return desk.tell(Exported::Failed(why));

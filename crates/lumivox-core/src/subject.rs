@@ -1,7 +1,9 @@
 //! What a scan is of, as far as its file says: hints from which a look is suggested where nobody chose one.
 
+use serde::{Deserialize, Serialize};
+
 /// A part of the body.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, Serialize, Deserialize)]
 #[non_exhaustive]
 pub enum BodyPart {
     /// Skull, brain, face, jaws.
@@ -21,7 +23,7 @@ pub enum BodyPart {
 }
 
 /// What a scan, or its reconstruction, is meant to show.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, Serialize, Deserialize)]
 #[non_exhaustive]
 pub enum Focus {
     /// Vessels: an angiogram.
@@ -37,7 +39,7 @@ pub enum Focus {
 }
 
 /// What a file says of a scan beyond its values. Nothing of it need be there, or true.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash, Serialize, Deserialize)]
 #[non_exhaustive]
 pub struct Subject {
     /// Which part of the body was scanned.

@@ -40,7 +40,7 @@ impl CancelToken {
 }
 
 /// What long work is busy with.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, serde::Serialize, serde::Deserialize)]
 #[non_exhaustive]
 pub enum WorkStage {
     /// Looking through files and reading their headers.

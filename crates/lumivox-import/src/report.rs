@@ -6,7 +6,7 @@ use lumivox_core::{
     Volume,
     glam::{DMat3, DVec3},
 };
-use serde::{Serialize, Serializer};
+use serde::{Deserialize, Serialize, Serializer};
 
 /// A scan and what became of its files.
 #[derive(Debug)]
@@ -19,7 +19,7 @@ pub struct Imported {
 }
 
 /// One series (or file) that could be loaded.
-#[derive(Clone, Debug, Default, Serialize)]
+#[derive(Clone, Debug, Default, Serialize, Deserialize)]
 #[non_exhaustive]
 pub struct SeriesSummary {
     /// SeriesInstanceUID, or the file's name where there is none. A file's name may be a patient's.
@@ -61,7 +61,7 @@ pub struct SeriesSummary {
 }
 
 /// A file that was left out, and why.
-#[derive(Clone, Debug, Serialize)]
+#[derive(Clone, Debug, Serialize, Deserialize)]
 #[non_exhaustive]
 pub struct SkippedFile {
     /// The file.
@@ -72,7 +72,7 @@ pub struct SkippedFile {
 }
 
 /// What an import found and did.
-#[derive(Clone, Debug, Default, Serialize)]
+#[derive(Clone, Debug, Default, Serialize, Deserialize)]
 #[non_exhaustive]
 pub struct ImportReport {
     /// The format's name: `DICOM`, `NIfTI`, `NRRD`, `MetaImage`, `RAW`.
@@ -135,7 +135,7 @@ fn for_programs<S: Serializer>(path: &std::path::Path, serializer: S) -> Result<
 }
 
 /// A picture of a series: 8-bit grey, rows from the top.
-#[derive(Clone, Debug, PartialEq, Eq)]
+#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[non_exhaustive]
 pub struct Thumbnail {
     /// Pixels from left to right.

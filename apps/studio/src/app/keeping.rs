@@ -6,25 +6,21 @@ use std::time::Duration;
 use eframe::egui::{self, ViewportCommand};
 
 use super::{App, Closing};
-use crate::darkroom::Exported;
-use crate::jobs::{self, Desk};
-use crate::measuring;
 use crate::opening::Source;
 use crate::rescue::{EVERY_SECONDS, Rescue};
 use crate::session::Session;
 use crate::state::Dialog;
-use crate::turntable::turntable;
 use crate::words::Word;
+use crate::{errands, files, measuring};
 
 impl App {
     pub(super) fn turn_to(&mut self, file: PathBuf, steps: u32) {
         let Some(session) = &self.state.session else { return };
         self.tiling = None;
         let (scene, document) = (session.scene().0.clone(), session.document().clone());
-        let (start, room, target) = (session.orbit(), self.darkroom.clone(), file.clone());
-        let work =
-            move |desk: &Desk<Exported>| turntable(&room, &document, &scene, start, (&target, steps), desk);
-        self.exporting = Some((file, jobs::start("render a turn", self.wake.clone(), work)));
+        let (start, room, wake) = (session.orbit(), self.darkroom.clone(), self.wake.clone());
+        let job = errands::turn(room, document, scene, start, (file.clone(), steps), wake);
+        self.exporting = Some((file, job));
     }
 
     /// The picture of the view that keys are for, once the window was drawn.
@@ -79,7 +75,7 @@ impl App {
     pub(super) fn save_table(&mut self, file: &Path) {
         let Some(session) = &self.state.session else { return };
         let table = measuring::csv(&session.document().measurements, session.scan());
-        match measuring::write_whole(file, table.as_bytes()) {
+        match files::save(file, &mut |out| Ok(out.write_all(table.as_bytes())?)) {
             Ok(()) => {
                 let name = file.file_name().unwrap_or_default().to_string_lossy();
                 self.state.done = Some(format!("{}: {name}", self.state.say(Word::Saved)));

@@ -2,6 +2,7 @@
 
 use eframe::egui::{self, Align, DragValue, Id, Key, Margin, Modal, RichText, Ui};
 
+use crate::errands;
 use crate::settings::Mouse;
 use crate::state::{Action, Ask, Dialog, ExportDraft, State};
 use crate::theme::{palette, primary};
@@ -215,6 +216,9 @@ fn export(context: &egui::Context, state: &mut State, mut draft: ExportDraft) {
 fn turn(ui: &mut Ui, state: &State, draft: &mut ExportDraft) {
     /// Three seconds of a film.
     const USUAL: u32 = 72;
+    if !errands::MAKES_TURNS {
+        return;
+    }
     ui.horizontal(|ui| {
         let mut turns = draft.turn.is_some();
         if ui.checkbox(&mut turns, state.say(Word::Turntable)).changed() {

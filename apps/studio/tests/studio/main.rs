@@ -8,6 +8,7 @@ mod keeping;
 mod looks;
 mod measure;
 mod opening;
+mod parcel;
 mod pictures;
 mod real_scans;
 mod renderer;

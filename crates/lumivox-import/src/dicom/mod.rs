@@ -61,7 +61,7 @@ pub(crate) struct Study {
 /// Whether a file's first bytes are those of a DICOM file, if need be one without preamble or prefix.
 pub(crate) fn is_dicom(path: &Path) -> bool {
     // Opening a pipe might wait for ever.
-    crate::files::is_file(&path)
+    crate::files::is_file(path)
         && (elements::data_set::is_dicom(&Source::File(path.to_owned()))
             || elements::gzip::is_gzip_of_dicom(path).unwrap_or(false))
 }
@@ -88,7 +88,7 @@ impl Study {
     ) -> Result<Self, ImportError> {
         let scan::Scan { images: files, mut rejected } = scan::scan(paths, progress, cancel)?;
         let files = with_pixels(files, &mut rejected);
-        if files.is_empty() && rejected.len() == 1 && !paths.iter().any(|path| crate::files::is_dir(path)) {
+        if files.is_empty() && rejected.len() == 1 && !paths.iter().any(crate::files::is_dir) {
             // The one file's own error says more than that there is no series.
             return Err(rejected.remove(0).error);
         }

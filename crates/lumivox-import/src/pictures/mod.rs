@@ -348,7 +348,7 @@ mod tests {
     }
 
     fn write_png(path: &Path, color: ::png::ColorType, depth: ::png::BitDepth, width: u32, data: &[u8]) {
-        let mut encoder = ::png::Encoder::new(File::create(path).unwrap(), width, 1);
+        let mut encoder = ::png::Encoder::new(std::fs::File::create(path).unwrap(), width, 1);
         encoder.set_color(color);
         encoder.set_depth(depth);
         encoder.write_header().unwrap().write_image_data(data).unwrap();
@@ -405,7 +405,7 @@ mod tests {
             encoder::{Rational, TiffEncoder, colortype::Gray16},
             tags::{ResolutionUnit, Tag},
         };
-        let mut encoder = TiffEncoder::new(File::create(path).unwrap()).unwrap();
+        let mut encoder = TiffEncoder::new(std::fs::File::create(path).unwrap()).unwrap();
         for page in pages {
             let mut image = encoder.new_image::<Gray16>(2, 1).unwrap();
             if let Some([n, d]) = pixels {

@@ -1,0 +1,63 @@
+//! What is done beside the interface, each on a thread of its own.
+
+use std::path::PathBuf;
+use std::sync::Arc;
+
+use lumivox_core::document::SceneDocument;
+use lumivox_core::{Orbit, PerspectiveCamera, Scene, Volume};
+
+use crate::app::Choice;
+use crate::darkroom::{self, Darkroom, Exported, Tile};
+use crate::jobs::{Desk, Job, Wake, start};
+use crate::opening::{self, Shown, Source, Told};
+use crate::turntable::turntable;
+
+/// Opens files, or a series of some that are open.
+pub fn open(source: Source, wake: Wake) -> Job<Told> {
+    start("open a scan", wake, move |desk: &Desk<Told>| opening::open(source, desk))
+}
+
+/// Finds what of scans is shown.
+pub fn show(document: SceneDocument, scans: Vec<Arc<Volume>>, wake: Wake) -> Job<Shown> {
+    start("show a scan", wake, move |desk: &Desk<Shown>| desk.tell(opening::show(&document, scans, desk)))
+}
+
+/// Makes a tile of each look.
+pub fn tiles(room: Darkroom, document: SceneDocument, scan: Arc<Volume>, wake: Wake) -> Job<Tile> {
+    start("make tiles", wake, move |desk: &Desk<Tile>| darkroom::develop_tiles(&room, &document, &scan, desk))
+}
+
+/// Renders a picture and keeps it.
+pub fn export(
+    room: Darkroom,
+    document: SceneDocument,
+    scene: Scene,
+    camera: PerspectiveCamera,
+    file: PathBuf,
+    wake: Wake,
+) -> Job<Exported> {
+    let work = move |desk: &Desk<Exported>| darkroom::export(&room, &document, &scene, &camera, &file, desk);
+    start("render a picture", wake, work)
+}
+
+/// Whether turns are made here.
+pub const MAKES_TURNS: bool = true;
+
+/// Renders a turn around a scan in so many pictures, and keeps them.
+pub fn turn(
+    room: Darkroom,
+    document: SceneDocument,
+    scene: Scene,
+    start_at: Orbit,
+    (file, steps): (PathBuf, u32),
+    wake: Wake,
+) -> Job<Exported> {
+    let work =
+        move |desk: &Desk<Exported>| turntable(&room, &document, &scene, start_at, (&file, steps), desk);
+    start("render a turn", wake, work)
+}
+
+/// Waits for a file dialog.
+pub fn choose(choice: Choice, wake: Wake) -> Job<Vec<PathBuf>> {
+    start("file dialog", wake, move |desk: &Desk<Vec<PathBuf>>| desk.tell(pollster::block_on(choice)))
+}

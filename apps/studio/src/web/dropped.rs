@@ -1,0 +1,146 @@
+//! Files that were given to the page, as its Worker reads them: from where they lie, piece by piece, never all at once.
+
+use std::cell::RefCell;
+use std::collections::{BTreeMap, BTreeSet};
+use std::ffi::OsString;
+use std::io::{self, Read, Seek, SeekFrom};
+use std::path::{Path, PathBuf};
+
+use js_sys::{Array, Uint8Array};
+use lumivox_import::{Content, FileKind, Files};
+use wasm_bindgen::JsCast;
+use web_sys::{File, FileReaderSync};
+
+thread_local! {
+    static FILES: RefCell<BTreeMap<PathBuf, File>> = const { RefCell::new(BTreeMap::new()) };
+}
+
+/// Takes pairs of a path and a file.
+pub(super) fn take(pairs: &Array) {
+    FILES.with(|files| {
+        let mut files = files.borrow_mut();
+        for pair in pairs.iter() {
+            let pair = Array::from(&pair);
+            if let (Some(path), Ok(file)) = (pair.get(0).as_string(), pair.get(1).dyn_into::<File>()) {
+                files.insert(PathBuf::from(path), file);
+            }
+        }
+    });
+}
+
+/// What was given to the page.
+pub(super) struct Dropped;
+
+/// A path without detours.
+fn plain(path: &Path) -> PathBuf {
+    let mut plain = PathBuf::new();
+    for part in path.components() {
+        match part {
+            std::path::Component::CurDir => {}
+            std::path::Component::ParentDir => {
+                plain.pop();
+            }
+            part => plain.push(part),
+        }
+    }
+    plain
+}
+
+impl Files for Dropped {
+    fn kind(&self, path: &Path) -> io::Result<FileKind> {
+        let path = plain(path);
+        FILES.with(|files| {
+            let files = files.borrow();
+            let below = |path: &PathBuf| {
+                files.range(path.clone()..).next().is_some_and(|(file, _)| file.starts_with(path))
+            };
+            match files.get(&path) {
+                Some(file) => Ok(FileKind::File(file.size() as u64)),
+                None if below(&path) => Ok(FileKind::Folder),
+                None => Err(io::ErrorKind::NotFound.into()),
+            }
+        })
+    }
+
+    fn open(&self, path: &Path) -> io::Result<Box<dyn Content>> {
+        let path = plain(path);
+        let length = FILES.with(|files| files.borrow().get(&path).map(|file| file.size() as u64));
+        let length = length.ok_or(io::ErrorKind::NotFound)?;
+        Ok(Box::new(Reader { path, length, position: 0, start: 0, piece: vec![], next: LEAST }))
+    }
+
+    fn names(&self, folder: &Path) -> io::Result<Vec<OsString>> {
+        let folder = plain(folder);
+        let names: BTreeSet<OsString> = FILES.with(|files| {
+            let files = files.borrow();
+            let of = |path: &PathBuf| {
+                Some(path.strip_prefix(&folder).ok()?.components().next()?.as_os_str().to_owned())
+            };
+            files.keys().filter_map(of).collect()
+        });
+        if names.is_empty() { Err(io::ErrorKind::NotFound.into()) } else { Ok(names.into_iter().collect()) }
+    }
+}
+
+/// Bytes of the first piece of a file: most headers are shorter.
+const LEAST: u64 = 1 << 16;
+/// Of the longest.
+const MOST: u64 = 1 << 22;
+
+/// A file that is read in pieces, each longer than the one before while it is read on.
+struct Reader {
+    path: PathBuf,
+    length: u64,
+    position: u64,
+    start: u64,
+    piece: Vec<u8>,
+    next: u64,
+}
+
+impl Reader {
+    fn fetch(&mut self) -> io::Result<()> {
+        let is_next = self.position == self.start + self.piece.len() as u64;
+        self.next = if is_next { (self.next * 2).min(MOST) } else { LEAST };
+        let end = (self.position + self.next).min(self.length);
+        let unread = || io::Error::other("the browser does not read it; it may have been moved or changed");
+        let bytes = FILES.with(|files| {
+            let files = files.borrow();
+            let file = files.get(&self.path)?;
+            let part = file.slice_with_f64_and_f64(self.position as f64, end as f64).ok()?;
+            FileReaderSync::new().ok()?.read_as_array_buffer(&part).ok()
+        });
+        let bytes = bytes.ok_or_else(unread)?;
+        self.piece = Uint8Array::new(&bytes).to_vec();
+        self.start = self.position;
+        if self.piece.is_empty() { Err(unread()) } else { Ok(()) }
+    }
+}
+
+impl Read for Reader {
+    fn read(&mut self, buffer: &mut [u8]) -> io::Result<usize> {
+        if self.position >= self.length || buffer.is_empty() {
+            return Ok(0);
+        }
+        let is_there = (self.start..self.start + self.piece.len() as u64).contains(&self.position);
+        if !is_there {
+            self.fetch()?;
+        }
+        let there = &self.piece[(self.position - self.start) as usize..];
+        let read = there.len().min(buffer.len());
+        buffer[..read].copy_from_slice(&there[..read]);
+        self.position += read as u64;
+        Ok(read)
+    }
+}
+
+impl Seek for Reader {
+    fn seek(&mut self, to: SeekFrom) -> io::Result<u64> {
+        let position = match to {
+            SeekFrom::Start(at) => Some(at),
+            SeekFrom::End(by) => self.length.checked_add_signed(by),
+            SeekFrom::Current(by) => self.position.checked_add_signed(by),
+        };
+        self.position = position.ok_or(io::ErrorKind::InvalidInput)?;
+        Ok(self.position)
+    }
+}

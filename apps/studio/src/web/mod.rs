@@ -1,0 +1,290 @@
+//! The Studio as a page: a canvas, the browser's dialogs and downloads, and a Worker for what takes longer than a frame. What of
+//! the browser is easier said in its own language is in `web/studio.js`, which the page hands over as [`Hooks`].
+
+mod dropped;
+mod exposure;
+mod worker;
+
+use std::cell::RefCell;
+use std::path::PathBuf;
+use std::rc::Rc;
+use std::time::Duration;
+
+use js_sys::{Array, Function, Promise, Reflect, Uint8Array};
+use lumivox_core::host::{Host, Work, set_host};
+use lumivox_viewport::Pace;
+use wasm_bindgen::prelude::*;
+use wasm_bindgen_futures::JsFuture;
+
+use crate::app::{App, Choice, Chooser, Launch};
+use crate::errands;
+use crate::settings::{Drawer, Settings};
+use crate::state::{Action, Ask};
+use crate::words::Language;
+
+pub(crate) use exposure::expose;
+pub(crate) use worker::{Arrived, leaving};
+
+#[wasm_bindgen]
+extern "C" {
+    /// What the page does for the program.
+    #[derive(Clone)]
+    pub type Hooks;
+
+    /// A dialog that files or a folder are chosen in; the paths of what was.
+    #[wasm_bindgen(method)]
+    fn choose(this: &Hooks, folder: bool) -> Promise;
+
+    /// Gives somebody a file, as a download.
+    #[wasm_bindgen(method)]
+    fn save(this: &Hooks, name: &str, bytes: &Uint8Array);
+
+    /// Has a Worker do an errand; `told` hears of it, and is called with `null` when the Worker breaks. Ends it when called.
+    #[wasm_bindgen(method)]
+    fn work(this: &Hooks, letter: &str, bytes: &Array, told: &Function) -> Function;
+
+    /// Settles when the browser has drawn what there is.
+    #[wasm_bindgen(method)]
+    fn turn(this: &Hooks) -> Promise;
+
+    #[wasm_bindgen(js_namespace = console)]
+    fn error(text: &str);
+}
+
+/// What belongs to the page: it has one thread.
+pub(crate) struct Surroundings {
+    hooks: Hooks,
+    device: Option<(eframe::wgpu::Device, eframe::wgpu::Queue)>,
+}
+
+impl Surroundings {
+    /// Gives somebody a file.
+    pub(crate) fn save(&self, name: &str, bytes: &Uint8Array) {
+        self.hooks.save(name, bytes);
+    }
+}
+
+thread_local! {
+    static SURROUNDINGS: RefCell<Option<Surroundings>> = const { RefCell::new(None) };
+}
+
+/// Works with what belongs to the page.
+pub(crate) fn with_page<T>(work: impl FnOnce(&Surroundings) -> T) -> Option<T> {
+    SURROUNDINGS.with(|page| page.borrow().as_ref().map(work))
+}
+
+/// Settles when the browser has drawn what there is.
+fn turn() -> Option<Promise> {
+    with_page(|page| page.hooks.turn())
+}
+
+/// The browser's clock, and no thread.
+struct Browser;
+
+impl Host for Browser {
+    fn now(&self) -> Duration {
+        thread_local! {
+            // A window's or a Worker's.
+            static NOW: Option<(JsValue, Function)> = {
+                let clock = Reflect::get(&js_sys::global(), &"performance".into()).ok();
+                clock.and_then(|clock| Some((clock.clone(), Reflect::get(&clock, &"now".into()).ok()?.dyn_into().ok()?)))
+            };
+        }
+        let milliseconds =
+            NOW.with(|now| now.as_ref().and_then(|(clock, now)| now.call0(clock).ok()?.as_f64()));
+        Duration::from_secs_f64(milliseconds.unwrap_or(0.0).max(0.0) / 1000.0)
+    }
+
+    fn spare_threads(&self) -> usize {
+        0
+    }
+
+    fn spawn(&self, _: &str, work: Work) -> Result<(), Work> {
+        Err(work)
+    }
+
+    fn sleep(&self, _: Duration) {}
+}
+
+/// Before anything else, in a page and in its Worker.
+pub(crate) fn begin() {
+    // A second page on the same memory there is not.
+    let _ = set_host(Box::new(Browser));
+}
+
+/// A browser that has a processor do a GPU's work does it slowly, and each of its frames costs much whatever is traced in it: there are
+/// fewer and longer ones, of a coarser film.
+fn pace(software: bool) -> Pace {
+    let usual = Pace::of(software);
+    if software { Pace { resting: 1000.0, most_pixels: 1 << 14, ..usual } } else { usual }
+}
+
+/// The program in a page.
+#[wasm_bindgen]
+pub struct Page(eframe::WebRunner);
+
+#[wasm_bindgen]
+impl Page {
+    /// Begins on a canvas. `software` says that a processor does the work of a GPU.
+    ///
+    /// # Errors
+    /// Why there is no picture.
+    pub async fn open(
+        canvas: web_sys::HtmlCanvasElement,
+        hooks: Hooks,
+        software: bool,
+    ) -> Result<Page, JsValue> {
+        begin();
+        SURROUNDINGS
+            .with(|page| *page.borrow_mut() = Some(Surroundings { hooks: hooks.clone(), device: None }));
+        let runner = eframe::WebRunner::new();
+        let options = eframe::WebOptions { wgpu_options: crate::gpu_options(), ..Default::default() };
+        let launch = Launch {
+            open: vec![],
+            drawer: Box::new(Storage),
+            chooser: Box::new(Dialogs(hooks)),
+            makes_tiles: false,
+        };
+        let create: eframe::AppCreator<'static> = Box::new(move |context| {
+            let mut app = App::new(context, launch);
+            if let Some(live) = app.live_mut() {
+                *live.viewport_mut().pace_mut() = pace(software);
+                let state = live.render_state();
+                let device = Some((state.device.clone(), state.queue.clone()));
+                SURROUNDINGS.with(|page| {
+                    if let Some(page) = page.borrow_mut().as_mut() {
+                        page.device = device;
+                    }
+                });
+            }
+            Ok(Box::new(app))
+        });
+        runner.start(canvas, options, create).await?;
+        Ok(Page(runner))
+    }
+
+    /// Opens files and folders that were dropped, by their paths.
+    pub fn bring(&self, paths: Vec<String>) {
+        if let Some(mut app) = self.0.app_mut::<App>() {
+            app.state.act(Action::Open(paths.into_iter().map(PathBuf::from).collect()));
+            (app.wake())();
+        }
+    }
+
+    /// Grows a head, for whoever has no scan.
+    pub fn phantom(&self, size: usize) {
+        if let Some(mut app) = self.0.app_mut::<App>() {
+            let job = errands::phantom(size, app.wake().clone());
+            app.begin(job);
+            (app.wake())();
+        }
+    }
+
+    /// Whether something would be lost with the page.
+    #[wasm_bindgen(getter, js_name = isChanged)]
+    pub fn is_changed(&self) -> bool {
+        let app = self.0.app_mut::<App>();
+        app.is_some_and(|app| app.state.session.as_ref().is_some_and(crate::session::Session::is_changed))
+    }
+
+    /// How far it is, for programs: as JSON.
+    pub fn told(&self) -> String {
+        let Some(app) = self.0.app_mut::<App>() else { return "{}".to_owned() };
+        let state = &app.state;
+        let session = state.session.as_ref();
+        serde_json::json!({
+            "name": session.map(|session| session.name()),
+            "dims": session.map(|session| session.scan().dims()),
+            "series": state.strip.series.len(),
+            "busy": state.busy.is_some(),
+            "failed": state.failed.as_ref().map(|(_, why)| why),
+            "done": state.done,
+            "samples": state.progress.samples,
+            "part": state.progress.part,
+            "isShown": state.progress.is_shown,
+            "rests": state.progress.rests,
+        })
+        .to_string()
+    }
+}
+
+/// Settings in the browser's storage of this page.
+struct Storage;
+
+const KEY: &str = "lumivox-studio";
+
+impl Storage {
+    fn open() -> Option<web_sys::Storage> {
+        web_sys::window()?.local_storage().ok()?
+    }
+}
+
+impl Drawer for Storage {
+    fn read(&self) -> Option<Settings> {
+        serde_json::from_str(&Self::open()?.get_item(KEY).ok()??).ok()
+    }
+
+    fn write(&self, settings: &Settings) {
+        if let (Some(storage), Ok(text)) = (Self::open(), serde_json::to_string(settings)) {
+            // What cannot be kept is asked again next time.
+            let _ = storage.set_item(KEY, &text);
+        }
+    }
+}
+
+/// The browser's dialogs. Where a file is saved, it asks itself or has a folder for downloads.
+struct Dialogs(Hooks);
+
+impl Chooser for Dialogs {
+    fn ask(&self, ask: &Ask, _: Language) -> Choice {
+        match ask {
+            Ask::Files | Ask::Folder => {
+                // At once: browsers show dialogs only to who has just clicked.
+                let chosen = JsFuture::from(self.0.choose(*ask == Ask::Folder));
+                Box::pin(async move {
+                    let paths = chosen.await.map(|paths| Array::from(&paths)).unwrap_or_default();
+                    paths.iter().filter_map(|path| path.as_string().map(PathBuf::from)).collect()
+                })
+            }
+            Ask::SaveScene(name) | Ask::SavePicture(name) => {
+                let name = PathBuf::from(name);
+                Box::pin(async move { vec![name] })
+            }
+        }
+    }
+}
+
+/// What was wrong, where only programmers look.
+pub(crate) fn complain(text: &str) {
+    error(text);
+}
+
+/// A function of the page's that hears a Worker.
+type Heard = Closure<dyn FnMut(JsValue, JsValue)>;
+
+/// Has the Worker do an errand. What it says is read by `read`, until that is true: an empty word is its last, none
+/// says that it broke.
+pub(crate) fn send(
+    letter: &str,
+    bytes: &Array,
+    mut read: impl FnMut(Option<&str>, &Array) -> bool + 'static,
+) -> Box<dyn FnOnce()> {
+    let own: Rc<RefCell<Option<Heard>>> = Rc::default();
+    let kept = own.clone();
+    let heard = Heard::new(move |letter: JsValue, bytes: JsValue| {
+        if read(letter.as_string().as_deref(), &Array::from(&bytes)) {
+            // It is being called: it goes when the browser comes by again.
+            let kept = kept.clone();
+            wasm_bindgen_futures::spawn_local(async move { drop(kept.borrow_mut().take()) });
+        }
+    });
+    let told: Function = heard.as_ref().unchecked_ref::<Function>().clone();
+    *own.borrow_mut() = Some(heard);
+    let end = with_page(|page| page.hooks.work(letter, bytes, &told));
+    Box::new(move || {
+        if let Some(end) = end {
+            let _ = end.call0(&JsValue::NULL);
+        }
+        drop(own.borrow_mut().take());
+    })
+}
