@@ -11,6 +11,7 @@ mod unity_branch;
 mod unity_kernels;
 mod unity_kernels_hlsl;
 mod unity_metas;
+mod web;
 mod windows;
 
 use std::path::{Path, PathBuf};
@@ -26,8 +27,8 @@ Commands:
           and threads are the host's
   package all OUT           Make all that people install in the folder OUT, for Linux, and for Windows what script/windows
                             made before: the command, packages for Debian, Godot, Unity and Python, crates, checksums
-  package command OUT, package godot OUT, package python OUT, package crates OUT
-                            Make a part of it
+  package command OUT, package godot OUT, package python OUT, package crates OUT, package web OUT
+                            Make a part of it; web is the Studio's page
   package unity OUT         Make the Unity package alone, of this system's library, on any system
     --from DIR              With this system's programs and libraries from a folder as they are
     --windows DIR           With those for Windows from another folder than target/windows/dist; the Unity package
@@ -45,6 +46,10 @@ Commands:
   unity-kernels --all DIR   Write every kernel of every view there, for tests
   unity-metas               Give each file of the Unity package its identifier
   unity-metas --check       Fail where one is missing, left over or there twice
+  web serve FOLDER [PORT]   Serve the Studio's page, which script/studio --web makes, to this machine
+  web test FOLDER BROWSER SCAN PICTURES
+                            Try that page in a Chromium that nobody sees: first start, a phantom, SCAN dropped, no network;
+                            its screenshots go to the folder PICTURES
   windows HERE THERE        Fail where the command THERE, for Windows, run by the program LUMIVOX_WINE, does not do what
                             the command HERE does: exit codes, words and files
   windows --first HERE THERE
@@ -76,6 +81,13 @@ fn main() -> ExitCode {
         }
         ["unity-metas"] => unity_metas::write(),
         ["unity-metas", "--check"] => unity_metas::check(),
+        ["web", "serve", folder] => web::serve(Path::new(folder), 8080),
+        ["web", "serve", folder, port] if port.parse::<u16>().is_ok() => {
+            web::serve(Path::new(folder), port.parse().unwrap_or_default())
+        }
+        ["web", "test", folder, browser, scan, pictures] => {
+            web::test(Path::new(folder), Path::new(browser), Path::new(scan), Path::new(pictures))
+        }
         ["windows", here, there] => windows::compare(Path::new(here), Path::new(there), true),
         ["windows", "--first", here, there] => windows::compare(Path::new(here), Path::new(there), false),
         ["help" | "--help" | "-h"] => {

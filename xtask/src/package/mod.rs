@@ -3,7 +3,7 @@
 //! `parts.rs` says what there is, `build.rs` builds it for old systems, `works.rs` whose works are in it, `archive.rs` packs it so that
 //! the same files make the same bytes.
 
-mod archive;
+pub mod archive;
 mod binaries;
 mod build;
 mod command;

@@ -1,0 +1,145 @@
+# Sourced after lib.sh and wasm.sh: the Studio as a page, a folder of static files.
+
+# The program that binds WebAssembly to JavaScript is of one version with the library of that name, see apps/studio/Cargo.toml.
+WASM_BINDGEN_VERSION=0.2.108
+
+# Debian packages with that program, with what makes WebAssembly smaller, and with a linker.
+WEB_PACKAGES="wasm-bindgen binaryen lld"
+
+target_folder() {
+    local folder=${CARGO_TARGET_DIR:-target}
+    case $folder in /*) ;; *) folder=$PWD/$folder ;; esac
+    printf '%s\n' "$folder"
+}
+
+# Whether the programs of WEB_PACKAGES are in the folder $1.
+has_web_tools() {
+    [ "$("$1/wasm-bindgen" --version </dev/null 2>/dev/null)" = "wasm-bindgen $WASM_BINDGEN_VERSION" ] &&
+        "$1/wasm-opt" --version >/dev/null 2>&1 </dev/null && "$1/wasm-ld" --version >/dev/null 2>&1 </dev/null
+}
+
+# Sets WEB_TOOLS, a folder with wasm-bindgen, wasm-opt and wasm-ld: from Debian, private to this project.
+need_web_tools() {
+    WEB_TOOLS=${LUMIVOX_WEB_TOOLS:-$(target_folder)/web-tools}
+    has_web_tools "$WEB_TOOLS" && return 0
+    local help="Install wasm-bindgen $WASM_BINDGEN_VERSION, binaryen and lld, and name a folder with wasm-bindgen, wasm-opt and wasm-ld:
+    LUMIVOX_WEB_TOOLS=FOLDER $0"
+    [ -z "${LUMIVOX_WEB_TOOLS:-}" ] || die "The folder $LUMIVOX_WEB_TOOLS lacks some of them. $help"
+    [ "$(uname -s) $(uname -m)" = "Linux x86_64" ] && command -v apt-get >/dev/null 2>&1 &&
+        command -v dpkg-deb >/dev/null 2>&1 && [ -e "$DEBIAN_KEYRING" ] || die "Programs for WebAssembly are missing. $help"
+    local mirrors mirror fetched=
+    mirrors=$(debian_mirrors)
+    [ -n "$mirrors" ] || die "Programs for WebAssembly are missing, and apt's sources name no mirror of Debian. $help"
+    say "Fetching wasm-bindgen, binaryen and a linker from Debian into $WEB_TOOLS (nothing is installed)"
+    for mirror in $mirrors; do
+        if fetch_web_tools "$WEB_TOOLS" "$mirror"; then
+            fetched=1
+            break
+        fi
+    done
+    [ -n "$fetched" ] || die "They could not be fetched (see $WEB_TOOLS/log). $help"
+    has_web_tools "$WEB_TOOLS" || die "Those of Debian are others by now. $help"
+}
+
+# Unpacks them from the mirror $2 into the folder $1.
+fetch_web_tools() (
+    # Nothing is left to `set -e`, which nothing heeds where the caller looks at the outcome.
+    # Unquoted on purpose: a list of words.
+    # shellcheck disable=SC2086
+    fetch_debian "$1" "$2 forky" $WEB_PACKAGES && cd "$1" || exit 1
+    # With their own loader and libraries, so that the system's age does not matter.
+    for program in wasm-bindgen wasm-opt wasm-ld; do
+        cat >"$program" <<RUN || exit 1
+#!/bin/sh
+root=\$(cd "\$(dirname "\$0")" && pwd)/root
+exec "\$root/usr/lib64/ld-linux-x86-64.so.2" --argv0 $program --library-path "\$root/usr/lib/x86_64-linux-gnu" \\
+    "\$root/usr/bin/$program" "\$@"
+RUN
+        chmod +x "$program" || exit 1
+    done
+)
+
+# What browsers that have WebGPU have, too, and the compiler uses.
+WASM_FEATURES="--enable-bulk-memory --enable-nontrapping-float-to-int --enable-sign-ext --enable-mutable-globals --enable-multivalue --enable-reference-types"
+
+# Writes the page to the folder $1, which it empties before.
+make_page() {
+    local out=$1 target module version
+    target=$(target_folder)
+    need_wasm_rust
+    need_web_tools
+    # In a folder of its own: what another compiler has made serves nobody else.
+    CARGO_TARGET_WASM32_UNKNOWN_UNKNOWN_LINKER=$WEB_TOOLS/wasm-ld CARGO_PROFILE_RELEASE_DEBUG=false \
+        "${CARGO:-cargo}" rustc ${CI:+--locked} --release --quiet --target "$WASM_TARGET" --target-dir "$target/wasm" \
+        --package lumivox-studio --lib --crate-type cdylib </dev/null || die "The Studio does not compile for $WASM_TARGET, see above."
+    [ ! -e "$out" ] || [ -e "$out/studio.js" ] || [ -z "$(ls -A "$out")" ] ||
+        die "The folder $out holds something else; name another."
+    rm -rf "$out"
+    mkdir -p "$out"
+    "$WEB_TOOLS/wasm-bindgen" --target web --no-typescript --out-dir "$out" --out-name lumivox_studio \
+        "$target/wasm/$WASM_TARGET/release/lumivox_studio.wasm" || die "wasm-bindgen fails, see above."
+    module=$out/lumivox_studio_bg.wasm
+    # Unquoted on purpose: a list of words.
+    # shellcheck disable=SC2086
+    "$WEB_TOOLS/wasm-opt" -O2 $WASM_FEATURES "$module" -o "$module.small" || die "wasm-opt fails, see above."
+    mv "$module.small" "$module"
+    cp apps/studio/web/* "$out"
+    # Another version is another cache.
+    version=$(cat "$out"/* | sha256sum | cut -c 1-16)
+    sed -i "s/VERSION/$version/" "$out/offline.js"
+    say "The page is in $out: $(gzip -9 -c "$module" | wc -c | awk '{ printf "%.1f MB", $1 / 1e6 }') as browsers fetch its program"
+}
+
+# Prints a Chromium: the one that is named, the system's, or a private one from Debian of this system's own release.
+find_chromium() {
+    local program
+    if [ -n "${LUMIVOX_CHROMIUM:-}" ]; then
+        printf '%s\n' "$LUMIVOX_CHROMIUM"
+        return 0
+    fi
+    for program in chromium google-chrome-stable google-chrome; do
+        command -v "$program" && return 0
+    done
+    program=$(target_folder)/chromium/chromium
+    [ ! -x "$program" ] || { printf '%s\n' "$program"; return 0; }
+    local release mirror
+    release=$(sed -n 's/^VERSION_CODENAME=//p' /etc/os-release 2>/dev/null)
+    if [ -e "$DEBIAN_KEYRING" ] && grep -qx 'ID=debian' /etc/os-release; then
+        for mirror in $(debian_mirrors); do
+            say "Fetching Chromium from Debian into ${program%/*} (nothing is installed)" >&2
+            if fetch_chromium "${program%/*}" "$mirror $release"; then
+                printf '%s\n' "$program"
+                return 0
+            fi
+        done
+    fi
+    return 1
+}
+
+# Unpacks it from $2 into the folder $1.
+fetch_chromium() (
+    fetch_debian "$1" "$2" chromium && cd "$1" || exit 1
+    cat >chromium <<'RUN' || exit 1
+#!/bin/sh
+root=$(cd "$(dirname "$0")" && pwd)/root
+LD_LIBRARY_PATH=$root/usr/lib/x86_64-linux-gnu:$root/lib/x86_64-linux-gnu:$root/usr/lib/chromium \
+    exec "$root/usr/lib/chromium/chromium" "$@"
+RUN
+    chmod +x chromium
+)
+
+# Tries the page in the folder $1 in a browser; pictures go to $2.
+test_page() {
+    local chromium scan
+    chromium=$(find_chromium) || die "There is no Chromium. Install one, or name one:
+    LUMIVOX_CHROMIUM=PROGRAM $0 --web --test"
+    scan=$(mktemp -d)
+    "${CARGO:-cargo}" run --release --quiet --package lumivox -- phantom head --size 32 --out "$scan/head" </dev/null >"$scan/log" 2>&1 ||
+        { cat "$scan/log" >&2; rm -rf "$scan"; die "The phantom could not be made, see above."; }
+    if xtask web test "$1" "$chromium" "$scan/head" "$2"; then
+        rm -rf "$scan"
+    else
+        rm -rf "$scan"
+        return 1
+    fi
+}
