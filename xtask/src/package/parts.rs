@@ -3,6 +3,7 @@
 use std::collections::BTreeMap;
 use std::fs;
 use std::path::{Path, PathBuf};
+use std::process::Command;
 
 use super::archive::{self, Files};
 use super::build::{LINUX, Native, PACKAGES};
@@ -10,7 +11,7 @@ use super::command::{self, Manual, Words};
 use super::godot::{self, Libraries};
 use super::options::Options;
 use super::works::{Graph, Work};
-use super::{VERSION, crates, date, python, read, sbom, target_folder, unity, works, write};
+use super::{VERSION, crates, date, python, read, run, sbom, target_folder, unity, works, write};
 
 /// What people install.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -20,10 +21,12 @@ pub enum Part {
     Unity,
     Python,
     Crates,
+    Web,
 }
 
 impl Part {
-    pub const ALL: [Self; 5] = [Self::Command, Self::Godot, Self::Unity, Self::Python, Self::Crates];
+    pub const ALL: [Self; 6] =
+        [Self::Command, Self::Godot, Self::Unity, Self::Python, Self::Crates, Self::Web];
 
     /// By its word on the command line; `all` is all of them. `unity` alone is made of this system's, whatever it is.
     pub fn named(name: &str) -> Option<Vec<Self>> {
@@ -33,6 +36,7 @@ impl Part {
             "godot" => vec![Self::Godot],
             "python" => vec![Self::Python],
             "crates" => vec![Self::Crates],
+            "web" => vec![Self::Web],
             _ => return None,
         })
     }
@@ -43,7 +47,7 @@ impl Part {
             Self::Command => &["lumivox"],
             Self::Godot => &["liblumivox_godot.so", "lumivox-codecs"],
             Self::Unity => &["liblumivox_unity.so", "lumivox-codecs"],
-            Self::Python | Self::Crates => &[],
+            Self::Python | Self::Crates | Self::Web => &[],
         }
     }
 
@@ -53,10 +57,13 @@ impl Part {
             Self::Command => &["lumivox.exe"],
             Self::Godot => &["lumivox_godot.dll", "lumivox-codecs.exe"],
             Self::Unity => &unity::WINDOWS_FILES,
-            Self::Python | Self::Crates => &[],
+            Self::Python | Self::Crates | Self::Web => &[],
         }
     }
 }
+
+/// What browsers have for a system.
+const BROWSERS: &str = "wasm32-unknown-unknown";
 
 /// The system that `script/windows` builds for.
 const WINDOWS: &str = "x86_64-pc-windows-gnu";
@@ -146,6 +153,9 @@ impl Maker {
         }
         if wants(Part::Crates) {
             names.extend(crates::make(&self.root, &self.out)?);
+        }
+        if wants(Part::Web) {
+            names.extend(self.web(options.from)?);
         }
         let (section, notes) = command::notes(&self.root)?;
         if section != VERSION {
@@ -286,6 +296,36 @@ impl Maker {
         write(&self.out.join(&bill), self.bill("lumivox-python", &roots, &works)?.as_bytes())?;
         names.push(bill);
         Ok(names)
+    }
+
+    /// The Studio's page: static files for any server, below any path.
+    fn web(&self, from: Option<&Path>) -> Result<Vec<String>, String> {
+        let page = self.staging.join("web");
+        if let Some(folder) = from {
+            println!("LEFT OUT: the Studio's page, for what is taken from {} has none", folder.display());
+            return Ok(vec![]);
+        }
+        let mut script = Command::new("script/studio");
+        run(script.args(["--web", "--out"]).arg(&page).current_dir(&self.root))?;
+        let roots = ["lumivox-studio"];
+        let works = Graph::new(&self.root, BROWSERS, &roots)?.linked(&roots)?;
+        let mut files = Files::default();
+        files.add_folder("lumivox-studio/", &page, &|_| true)?;
+        files.add("lumivox-studio/NOTICE.txt", archive::File::text(works::notice(&works)));
+        for name in ["LICENSE-APACHE", "LICENSE-MIT"] {
+            files.add_copy(format!("lumivox-studio/{name}"), &self.root.join(name))?;
+        }
+        let made = [
+            (format!("lumivox-studio-web-{VERSION}.zip"), files.zip(self.date)?),
+            (
+                format!("lumivox-studio-web-{VERSION}.cdx.json"),
+                self.bill("lumivox-studio", &roots, &works)?.into_bytes(),
+            ),
+        ];
+        for (name, bytes) in &made {
+            write(&self.out.join(name), bytes)?;
+        }
+        Ok(made.map(|(name, _)| name).into())
     }
 
     fn bill(&self, name: &str, roots: &[&str], works: &[Work]) -> Result<String, String> {
