@@ -80,7 +80,7 @@ pub fn kind_word(kind: MeasurementKind) -> Word {
 
 /// What a measurement says, in lines: the first is enough for a list.
 pub fn lines(measurement: &Measurement, scan: &Volume, language: Language) -> Vec<String> {
-    let value = |value: f64| lumivox_core::words::number((value * 10.0).round() / 10.0);
+    let value = |value: f64| if value.abs() < 100.0 { format!("{value:.1}") } else { format!("{value:.0}") };
     let Some(measured) = measurement.measured(scan) else { return vec![] };
     match measured {
         Measured::Length(mm) => vec![format!("{mm:.1} mm")],

@@ -72,7 +72,9 @@ pub fn plate(painter: &Painter, rect: Rect, at: Pos2, lines: &[String], color: C
         inside(own.left(), own.right(), room.left(), room.right()),
         inside(own.top(), own.bottom(), room.top(), room.bottom()),
     );
-    let own = own.translate(by);
+    // Where there is no room beside it, it stands below.
+    let below = if by.x < 0.0 { 0.5 * own.height() + 14.0 } else { 0.0 };
+    let own = own.translate(by + vec2(0.0, below));
     painter.rect_filled(own, CornerRadius::same(4), Color32::from_black_alpha(200));
     painter.galley(own.min + vec2(5.0, 2.0), galley, color);
 }

@@ -14,9 +14,11 @@ pub fn show(ui: &mut Ui, state: &mut State) {
         camera(ui, state);
     });
     ui.horizontal_wrapped(|ui| {
-        ui.spacing_mut().item_spacing.x = 4.0;
+        ui.spacing_mut().item_spacing.x = 2.0;
+        ui.spacing_mut().button_padding.x = 7.0;
         for tab in Tab::ALL {
-            if ui.selectable_label(state.tab == tab, state.say(word(tab))).clicked() {
+            let name = egui::RichText::new(state.say(word(tab))).size(13.0);
+            if ui.selectable_label(state.tab == tab, name).clicked() {
                 state.tab = tab;
             }
         }

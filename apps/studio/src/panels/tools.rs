@@ -1,4 +1,4 @@
-//! The line above the views: what the left button does, the window, how thick slices are, the oblique plane.
+//! The line above the views: what the left button does, the window, how thick slices are, the oblique plane, the layout.
 
 use eframe::egui::{self, DragValue, Frame, Margin, RichText, Ui};
 use lumivox_core::document::MeasurementKind;
@@ -43,8 +43,19 @@ pub fn show(ui: &mut Ui, state: &mut State) {
             if oblique.on_hover_text(format!("{} (O)", state.say(Word::ObliqueHint))).clicked() {
                 toggle_oblique(state);
             }
+            ui.separator();
+            layouts(ui, state);
         });
     });
+}
+
+/// How views share the room.
+fn layouts(ui: &mut Ui, state: &mut State) {
+    for (layout, word) in [(Layout::Main, Word::LayoutMain), (Layout::Grid, Word::LayoutGrid)] {
+        if ui.selectable_label(state.layout == layout, state.say(word)).clicked() {
+            state.layout = layout;
+        }
+    }
 }
 
 fn hint(tool: Tool) -> Word {

@@ -43,9 +43,6 @@ pub fn toolbar(ui: &mut Ui, state: &mut State) {
         ui.with_layout(egui::Layout::right_to_left(Align::Center), |ui| {
             button(ui, state, Word::About, "F1", true, Action::About);
             preferences(ui, state);
-            if is_open {
-                layouts(ui, state);
-            }
         });
     });
 }
@@ -81,15 +78,6 @@ fn preferences(ui: &mut Ui, state: &mut State) {
     });
     if settings != state.settings {
         state.act(Action::Settings(settings));
-    }
-}
-
-fn layouts(ui: &mut Ui, state: &mut State) {
-    // From right to left.
-    for (layout, word) in [(Layout::Grid, Word::LayoutGrid), (Layout::Main, Word::LayoutMain)] {
-        if ui.selectable_label(state.layout == layout, state.say(word)).clicked() {
-            state.layout = layout;
-        }
     }
 }
 

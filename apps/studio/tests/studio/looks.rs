@@ -91,7 +91,16 @@ fn the_curve_is_dragged_over_the_histogram() {
     drag(studio, PointerButton::Primary, stop, stop + egui::vec2(20.0, 0.0));
     assert!(shown(studio).color_stops()[last].value > before.color_stops()[last - 1].value + 50.0);
     // A look's tile begins anew.
-    place(studio, "Bone");
+    let panel = place(studio, "Width").center();
+    studio.event(egui::Event::PointerMoved(panel));
+    studio.step();
+    studio.event(egui::Event::MouseWheel {
+        unit: egui::MouseWheelUnit::Line,
+        delta: egui::vec2(0.0, 50.0),
+        phase: egui::TouchPhase::Move,
+        modifiers: Modifiers::NONE,
+    });
+    studio.run_steps(8);
     click(studio, "Bone");
     assert!(first(studio).look.transfer_function.is_none());
     settle(studio);
