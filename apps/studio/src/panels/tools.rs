@@ -25,7 +25,9 @@ pub fn show(ui: &mut Ui, state: &mut State) {
     let p = palette(state.settings.is_dark);
     Frame::new().fill(p.panel).inner_margin(Margin::symmetric(8, 3)).show(ui, |ui| {
         ui.set_width(ui.available_width());
-        ui.spacing_mut().button_padding = egui::vec2(8.0, 3.0);
+        // All of it in one line of a usual window.
+        ui.style_mut().text_styles.insert(egui::TextStyle::Button, egui::FontId::proportional(13.0));
+        ui.spacing_mut().button_padding = egui::vec2(7.0, 3.0);
         ui.spacing_mut().item_spacing = egui::vec2(4.0, 4.0);
         ui.spacing_mut().interact_size.y = 24.0;
         ui.horizontal_wrapped(|ui| {
