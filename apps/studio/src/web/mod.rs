@@ -238,15 +238,15 @@ struct Dialogs(Hooks);
 impl Chooser for Dialogs {
     fn ask(&self, ask: &Ask, _: Language) -> Choice {
         match ask {
-            Ask::Files | Ask::Folder => {
+            Ask::Files | Ask::Folder | Ask::Labels | Ask::LabelFolder => {
                 // At once: browsers show dialogs only to who has just clicked.
-                let chosen = JsFuture::from(self.0.choose(*ask == Ask::Folder));
+                let chosen = JsFuture::from(self.0.choose(matches!(ask, Ask::Folder | Ask::LabelFolder)));
                 Box::pin(async move {
                     let paths = chosen.await.map(|paths| Array::from(&paths)).unwrap_or_default();
                     paths.iter().filter_map(|path| path.as_string().map(PathBuf::from)).collect()
                 })
             }
-            Ask::SaveScene(name) | Ask::SavePicture(name) => {
+            Ask::SaveScene(name) | Ask::SavePicture(name) | Ask::SaveTable(name) | Ask::SaveTurn(name, _) => {
                 let name = PathBuf::from(name);
                 Box::pin(async move { vec![name] })
             }
