@@ -437,28 +437,41 @@ fn crates_have_their_licences_and_lean_on_no_folder() {
     assert_eq!(count, 9);
 }
 
-/// A release, built for old systems: of the C library alone it runs, and two builds in two folders are the same bytes.
+/// Makes the command's packages for old systems, as releases are, of the tree `root`; `target` is where it is built.
+fn release_command(root: &Path, out: &Path, target: Option<&Path>) {
+    let nothing = folder(&format!("{}-nothing", out.file_name().unwrap().to_str().unwrap()));
+    let mut command = Command::new(env!("CARGO_BIN_EXE_xtask"));
+    command.args(["package", "command"]).arg(out).arg("--windows").arg(&nothing).current_dir(root);
+    command.envs(target.map(|folder| ("CARGO_TARGET_DIR", folder)));
+    succeeds(command.env("SOURCE_DATE_EPOCH", "1600000000"));
+}
+
+/// Made once, where releases are built.
+fn release() -> &'static Path {
+    static RELEASE: OnceLock<PathBuf> = OnceLock::new();
+    RELEASE.get_or_init(|| {
+        let out = folder("packages-release");
+        release_command(&root(), &out, None);
+        out
+    })
+}
+
 #[test]
 #[ignore = "slow: script/test --all"]
-fn a_release_needs_nothing_but_a_c_library_and_is_built_again_the_same() {
-    let (first, nothing) = (folder("packages-release"), folder("packages-release-nothing"));
-    let make = |root: &Path, out: &Path| {
-        // In a folder of its own, or what was built for tests would be built again each time.
-        let target = folder(&format!("{}-target", out.file_name().unwrap().to_str().unwrap()));
-        let mut command = Command::new(env!("CARGO_BIN_EXE_xtask"));
-        command.args(["package", "command"]).arg(out).arg("--windows").arg(&nothing).current_dir(root);
-        succeeds(command.env("CARGO_TARGET_DIR", &target).env("SOURCE_DATE_EPOCH", "1600000000"));
-        fs::remove_dir_all(target).unwrap();
-    };
-    make(&root(), &first);
+fn a_release_needs_nothing_but_a_c_library() {
     let place = folder("packages-release-root");
-    let archive = format!("lumivox-{VERSION}-x86_64-linux.tar.xz");
-    succeeds(Command::new("tar").arg("-xJf").arg(first.join(&archive)).arg("-C").arg(&place));
+    let archive = release().join(format!("lumivox-{VERSION}-x86_64-linux.tar.xz"));
+    succeeds(Command::new("tar").arg("-xJf").arg(archive).arg("-C").arg(&place));
     let program = place.join(format!("lumivox-{VERSION}-x86_64-linux/bin/lumivox"));
     let (bare, libraries) = bare_root("packages-release-bare", &program);
     assert!(!libraries.iter().any(|name| name.contains("stdc++") || name.contains("gcc")), "{libraries:?}");
     use_alone(&bare);
+}
 
+/// In another folder, of which it is to know nothing.
+#[test]
+#[ignore = "slow: script/test --all"]
+fn a_release_is_built_again_the_same() {
     // The tree as it lies there, with what is not committed.
     let elsewhere = folder("packages-elsewhere").join("with/another/name");
     fs::create_dir_all(&elsewhere).unwrap();
@@ -472,9 +485,10 @@ fn a_release_needs_nothing_but_a_c_library_and_is_built_again_the_same() {
         fs::create_dir_all(to.parent().unwrap()).unwrap();
         fs::copy(root().join(file), to).unwrap();
     }
-    let second = folder("packages-release-again");
-    make(&elsewhere, &second);
+    let (again, target) = (folder("packages-release-again"), folder("packages-release-again-target"));
+    release_command(&elsewhere, &again, Some(&target));
+    fs::remove_dir_all(target).unwrap();
     let [first, second] =
-        [first, second].map(|folder| fs::read_to_string(folder.join("SHA256SUMS")).unwrap());
+        [release(), &again].map(|folder| fs::read_to_string(folder.join("SHA256SUMS")).unwrap());
     assert_eq!(first, second);
 }
