@@ -75,6 +75,8 @@ pub struct App {
     is_restoring: bool,
     /// The window closes once the scene is saved, or now.
     closes: Option<Closing>,
+    /// What is opened in place of a scene with unsaved work, once it is said what becomes of that.
+    next: Option<Source>,
     title: String,
 }
 
@@ -114,6 +116,7 @@ impl App {
             later: vec![],
             is_restoring: false,
             closes: None,
+            next: None,
             title: String::new(),
         };
         app.rescue = app.drawer.rescue_folder().and_then(|folder| Rescue::in_folder(&folder));
@@ -347,7 +350,7 @@ impl App {
                                 rescue.clear();
                             }
                             if self.closes == Some(Closing::Saved) {
-                                self.closes = Some(Closing::Now);
+                                self.leave();
                             }
                             let name = file.file_name().unwrap_or_default().to_string_lossy();
                             self.state.done = Some(format!("{}: {name}", self.state.say(Word::Saved)));
@@ -375,10 +378,10 @@ impl App {
                     self.asking = Some((ask, errands::choose(choice, self.wake.clone())));
                 }
             }
-            Action::Open(files) => self.open(Source::Files(files)),
+            Action::Open(files) => self.replace(Source::Files(files)),
             Action::Series(place) => {
                 if let Some(study) = self.state.strip.study.clone() {
-                    self.open(Source::Series(study, place));
+                    self.replace(Source::Series(study, place));
                 }
             }
             Action::Look(preset) => {
@@ -418,7 +421,7 @@ impl App {
             Action::Settings(settings) => self.keep(settings),
             Action::Copy => context.send_viewport_cmd(ViewportCommand::Screenshot(Default::default())),
             Action::Restore(restores) => self.restore(restores),
-            Action::Close => self.closes = Some(Closing::Now),
+            Action::Close => self.leave(),
             Action::SaveAndClose => {
                 self.closes = Some(Closing::Saved);
                 let name = self.state.session.as_ref().map(|session| session.file_name("lumivox"));

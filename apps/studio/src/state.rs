@@ -243,8 +243,11 @@ pub enum Dialog {
     Export(ExportDraft),
     /// Another run left unsaved work: this file.
     Restore(PathBuf),
-    /// The window is to be closed, and something is unsaved.
-    Leave,
+    /// The window is to be closed, and something is unsaved; or another scan `opens` in its place.
+    Leave {
+        /// Whether that is what is to come.
+        opens: bool,
+    },
 }
 
 /// A picture that is about to be rendered.

@@ -198,6 +198,8 @@ words! {
     Leave: "Close without saving?" / "Schließen ohne zu speichern?";
     LeaveWhy: "The scene has changes that are in no file." / "Die Szene hat Änderungen, die in keiner Datei stehen.";
     LeaveAnyway: "Close anyway" / "Trotzdem schließen";
+    Replace: "Open another without saving?" / "Anderes öffnen ohne zu speichern?";
+    ReplaceAnyway: "Open anyway" / "Trotzdem öffnen";
     Saved: "Saved" / "Gespeichert";
     Stopped: "It ended unexpectedly. Please try again." / "Es endete unerwartet. Bitte erneut versuchen.";
     CannotShow: "The scan cannot be shown" / "Der Scan kann nicht gezeigt werden";

@@ -53,6 +53,27 @@ impl App {
         context.request_repaint_after(Duration::from_secs_f64(EVERY_SECONDS));
     }
 
+    /// Opens something in place of what is shown; asks before where that is unsaved.
+    pub(super) fn replace(&mut self, source: Source) {
+        if self.state.session.as_ref().is_some_and(Session::has_work) {
+            self.next = Some(source);
+            self.state.dialog = Some(Dialog::Leave { opens: true });
+        } else {
+            self.open(source);
+        }
+    }
+
+    /// Leaves a scene whose work is saved, or wanted by nobody: for what comes in its place, or for good.
+    pub(super) fn leave(&mut self) {
+        self.closes = match self.next.take() {
+            Some(source) => {
+                self.open(source);
+                None
+            }
+            None => Some(Closing::Now),
+        };
+    }
+
     /// A window that is to be closed asks where something is unsaved.
     pub(super) fn follow_close(&mut self, context: &egui::Context) {
         if self.closes == Some(Closing::Now) {
@@ -64,7 +85,8 @@ impl App {
         let has_work = self.state.session.as_ref().is_some_and(Session::has_work);
         if has_work && self.closes != Some(Closing::Now) {
             context.send_viewport_cmd(ViewportCommand::CancelClose);
-            self.state.dialog = Some(Dialog::Leave);
+            self.next = None;
+            self.state.dialog = Some(Dialog::Leave { opens: false });
         } else if !matches!(self.state.dialog, Some(Dialog::Restore(_)))
             && let Some(rescue) = &mut self.rescue
         {

@@ -22,7 +22,7 @@ pub fn show(context: &egui::Context, state: &mut State) {
             Some(Dialog::About) => about(context, state),
             Some(Dialog::Export(draft)) => export(context, state, draft),
             Some(Dialog::Restore(_)) => restore(context, state),
-            Some(Dialog::Leave) => leave(context, state),
+            Some(Dialog::Leave { opens }) => leave(context, state, opens),
             None => {}
         }
     }
@@ -144,14 +144,19 @@ fn restore(context: &egui::Context, state: &mut State) {
     }
 }
 
-fn leave(context: &egui::Context, state: &mut State) {
+/// Asks what becomes of unsaved work, before something else `opens` or the window closes.
+fn leave(context: &egui::Context, state: &mut State, opens: bool) {
+    let [title, anyway] = match opens {
+        true => [Word::Replace, Word::ReplaceAnyway],
+        false => [Word::Leave, Word::LeaveAnyway],
+    };
     let p = palette(state.settings.is_dark);
     let ([saves, closes, cancels], leaves) = modal(context, state, 480.0, |ui| {
-        heading(ui, state.say(Word::Leave));
+        heading(ui, state.say(title));
         ui.label(state.say(Word::LeaveWhy));
         buttons(ui, |ui| {
             let saves = ui.add(primary(&p, state.say(Word::SaveScene))).clicked();
-            let closes = ui.button(state.say(Word::LeaveAnyway)).clicked();
+            let closes = ui.button(state.say(anyway)).clicked();
             [saves, closes, ui.button(state.say(Word::Cancel)).clicked()]
         })
     });

@@ -94,6 +94,22 @@ fn a_program_that_is_killed_loses_less_than_a_minute_and_the_next_one_asks() {
     screenshot(&mut next, "30-leave");
     click(&mut next, "Cancel");
     assert!(!says(&next, "Close without saving?") && !kept(&place).is_empty());
+    // So does what would take its place.
+    drop_files(&mut next, &[&scan]);
+    next.run_steps(2);
+    assert!(says(&next, "Open another without saving?"));
+    click(&mut next, "Cancel");
+    assert!(preset(&next) == Some(Preset::CtSkin) && !kept(&place).is_empty());
+    drop_files(&mut next, &[&scan]);
+    next.run_steps(2);
+    click(&mut next, "Open anyway");
+    let is_another = |app: &App| {
+        let session = app.state.session.as_ref();
+        session.is_some_and(|it| it.document().volumes[0].look.preset != Some(Preset::CtSkin))
+    };
+    wait(&mut next, "the other one is read", is_another);
+    settle(&mut next);
+    click(&mut next, "Skin");
     // Saved, and closed.
     ask_to_close(&mut next);
     next.run_steps(2);
