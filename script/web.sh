@@ -62,8 +62,8 @@ RUN
 # What browsers that have WebGPU have, too, and the compiler uses.
 WASM_FEATURES="--enable-bulk-memory --enable-nontrapping-float-to-int --enable-sign-ext --enable-mutable-globals --enable-multivalue --enable-reference-types"
 
-# Writes the page to the folder $1, which it empties before.
-make_page() {
+# Writes the page to the folder $1, which it empties before. By a shell of its own: the compiler for browsers is none for what runs here.
+make_page() (
     local out=$1 target module version
     target=$(target_folder)
     need_wasm_rust
@@ -88,7 +88,7 @@ make_page() {
     version=$(cat "$out"/* | sha256sum | cut -c 1-16)
     sed -i "s/VERSION/$version/" "$out/offline.js"
     say "The page is in $out: $(gzip -9 -c "$module" | wc -c | awk '{ printf "%.1f MB", $1 / 1e6 }') as browsers fetch its program"
-}
+)
 
 # Prints a Chromium: the one that is named, the system's, or a private one from Debian of this system's own release.
 find_chromium() {
