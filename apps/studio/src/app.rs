@@ -57,7 +57,6 @@ pub struct App {
     drawer: Box<dyn Drawer>,
     chooser: Box<dyn Chooser>,
     darkroom: Darkroom,
-    makes_tiles: bool,
     /// Of this scan; not again where a look has none.
     were_tiles_made: bool,
     wake: Wake,
@@ -103,7 +102,6 @@ impl App {
             drawer: launch.drawer,
             chooser: launch.chooser,
             darkroom: Darkroom::default(),
-            makes_tiles: launch.makes_tiles,
             were_tiles_made: false,
             wake,
             opening: None,
@@ -119,6 +117,7 @@ impl App {
             next: None,
             title: String::new(),
         };
+        app.state.has_tiles = launch.makes_tiles;
         app.rescue = app.drawer.rescue_folder().and_then(|folder| Rescue::in_folder(&folder));
         let left = app.rescue.as_ref().and_then(Rescue::left).map(Path::to_owned);
         app.state.dialog = left.map(Dialog::Restore);
@@ -170,7 +169,7 @@ impl App {
     fn make_tiles(&mut self) {
         let is_busy = self.tiling.is_some() || self.exporting.is_some() || self.opening.is_some();
         let wants = self.state.looks.iter().any(|look| !self.state.tiles.contains_key(look));
-        if !self.makes_tiles || is_busy || !wants || self.were_tiles_made || !self.state.progress.rests {
+        if !self.state.has_tiles || is_busy || !wants || self.were_tiles_made || !self.state.progress.rests {
             return;
         }
         let Some(session) = &self.state.session else { return };
@@ -242,7 +241,8 @@ impl App {
         self.make_tiles();
         if let Some((_, job)) = &mut self.asking {
             let told = job.poll();
-            if job.is_over()
+            // What was told counts at once: the job may end a moment later.
+            if (!told.is_empty() || job.is_over())
                 && let Some((ask, _)) = self.asking.take()
             {
                 match told.into_iter().next() {

@@ -311,6 +311,8 @@ pub struct State {
     pub looks: Vec<Preset>,
     /// The scan in them, as far as that is there.
     pub tiles: HashMap<Preset, TextureHandle>,
+    /// Whether there are any, or names alone.
+    pub has_tiles: bool,
     /// What is under the pointer.
     pub probe: Option<Probe>,
     /// How far the 3D picture is.
@@ -357,6 +359,7 @@ impl State {
             active_rect: Rect::NOTHING,
             looks: vec![],
             tiles: HashMap::new(),
+            has_tiles: true,
             probe: None,
             progress: Progress::default(),
             view_size: [1, 1],

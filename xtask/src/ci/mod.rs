@@ -14,15 +14,16 @@ use self::summary::{Counts, Summary};
 use crate::{layers, unity_border, unity_kernels, unity_metas};
 
 /// Jobs that take long, the longest first: begun last, one of them would go on when nothing else does.
-const LONGEST_FIRST: [&str; 16] = [
+const LONGEST_FIRST: [&str; 17] = [
     "engine",
     "Python",
     "package",
     "packages",
+    "studio",
     "gpu",
     "documentation",
-    "browsers",
-    "Windows",
+    "types for browsers",
+    "types for Windows",
     "lumivox_phantom",
     "reflection",
     "guide",
@@ -207,10 +208,10 @@ fn other_systems(scope: Scope) -> Vec<Job> {
     };
     let browsers = "NOT RUN: script/wasm, which finds its compiler on Linux by itself\n";
     let windows = "NOT RUN: script/windows, which finds its compilers on Linux (x86_64) by itself\n";
-    let mut jobs = vec![job("browsers", is_linux, &["script/wasm"], browsers)];
+    let mut jobs = vec![job("types for browsers", is_linux, &["script/wasm"], browsers)];
     if scope == Scope::Usual {
         let is_run = is_linux && cfg!(target_arch = "x86_64");
-        jobs.push(job("Windows", is_run, &["script/windows", "--check"], windows));
+        jobs.push(job("types for Windows", is_run, &["script/windows", "--check"], windows));
     }
     jobs
 }

@@ -14,6 +14,10 @@ use crate::words::{self, Word};
 /// Tiles beside each other.
 const COLUMNS: usize = 4;
 
+/// Where there are names alone: so many beside each other, of that height.
+const NAMED_COLUMNS: usize = 2;
+const NAMED: f32 = 28.0;
+
 /// The room of a tile's name.
 const NAME: f32 = 19.0;
 
@@ -45,16 +49,17 @@ fn tiles(ui: &mut Ui, state: &mut State) {
     // A scene's file may have one of another kind.
     looks.extend(chosen.filter(|chosen| !looks.contains(chosen)));
     let gap = 6.0;
-    let side = ((ui.available_width() - gap * (COLUMNS - 1) as f32) / COLUMNS as f32).floor();
-    // Two rows and a part of the third, which says that there are more.
-    let height = 2.6 * (side + NAME + gap);
+    let columns = if state.has_tiles { COLUMNS } else { NAMED_COLUMNS };
+    let side = ((ui.available_width() - gap * (columns - 1) as f32) / columns as f32).floor();
+    // Rows and a part of the next, which says that there are more.
+    let height = if state.has_tiles { 2.6 * (side + NAME + gap) } else { 4.6 * (NAMED + gap) };
     egui::ScrollArea::vertical().id_salt("looks").max_height(height).auto_shrink([false, true]).show(
         ui,
         |ui| {
-            egui::Grid::new("looks").num_columns(COLUMNS).spacing(vec2(gap, gap)).show(ui, |ui| {
+            egui::Grid::new("looks").num_columns(columns).spacing(vec2(gap, gap)).show(ui, |ui| {
                 for (place, preset) in looks.into_iter().enumerate() {
                     tile(ui, state, preset, chosen == Some(preset), side);
-                    if place % COLUMNS == COLUMNS - 1 {
+                    if place % columns == columns - 1 {
                         ui.end_row();
                     }
                 }
@@ -66,12 +71,15 @@ fn tiles(ui: &mut Ui, state: &mut State) {
 fn tile(ui: &mut Ui, state: &mut State, preset: Preset, is_chosen: bool, side: f32) {
     let p = palette(state.settings.is_dark);
     let name = words::look(preset).map_or(preset.name(), |word| state.say(word));
-    let (rect, response) = ui.allocate_exact_size(vec2(side, side + NAME), Sense::click());
+    let size = if state.has_tiles { vec2(side, side + NAME) } else { vec2(side, NAMED) };
+    let (rect, response) = ui.allocate_exact_size(size, Sense::click());
     response
         .widget_info(|| egui::WidgetInfo::selected(egui::WidgetType::SelectableLabel, true, is_chosen, name));
-    let picture = Rect::from_min_size(rect.min, vec2(side, side));
+    // Where there are no pictures the name has their place.
+    let picture = if state.has_tiles { Rect::from_min_size(rect.min, vec2(side, side)) } else { rect };
     ui.painter().rect_filled(picture, RADIUS, VIEW_GROUND);
     match state.tiles.get(&preset) {
+        _ if !state.has_tiles => {}
         Some(texture) => {
             egui::Image::new((texture.id(), picture.size())).corner_radius(RADIUS).paint_at(ui, picture);
         }
@@ -91,7 +99,9 @@ fn tile(ui: &mut Ui, state: &mut State, preset: Preset, is_chosen: bool, side: f
     let color = if is_chosen { p.text } else { p.weak };
     let galley = ui.painter().layout_no_wrap(name.to_owned(), egui::FontId::proportional(11.0), color);
     let shown = galley.size().x.min(side);
-    let at = egui::pos2(picture.center().x - shown / 2.0, picture.bottom() + 3.0);
+    let top =
+        if state.has_tiles { picture.bottom() + 3.0 } else { picture.center().y - galley.size().y / 2.0 };
+    let at = egui::pos2(picture.center().x - shown / 2.0, top);
     ui.painter().with_clip_rect(rect).galley(at, galley, color);
     if response.clone().on_hover_text(preset.description()).clicked() {
         state.act(Action::Look(preset));
