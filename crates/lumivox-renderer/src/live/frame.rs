@@ -129,7 +129,9 @@ impl LiveView {
             frame.push(cells);
         }
         // While things move a film of a moment shows no more than light does, whoever that learns from.
-        let budget = if change == Change::Much && granted > 0 { 0 } else { budget - paths };
+        let is_for_light = change == Change::Much && granted > 0;
+        self.awaits_turn = is_for_light && paths == 0;
+        let budget = if is_for_light { 0 } else { budget - paths };
         // What is traced: all of a coarse film in answer to a change, then more of the fine one.
         self.pixel_samples = if change == Change::Much && self.schedule.factor() > 1 {
             let plan = self.schedule.answer(budget);

@@ -155,6 +155,9 @@ pub struct LiveStatus {
     pub awaits_feedback: bool,
     /// Pixel samples that the last frame traces.
     pub pixel_samples: u64,
+    /// Whether it traced less than it might have, for another view of the scene taught the [light](LiveSettings::kept_light) that
+    /// they share: its time says little of what samples cost.
+    pub awaits_turn: bool,
     /// Pixels that lack samples and will not get them: the driver ended their paths before their time.
     pub lost_pixels: u32,
     /// Bytes of the device's memory that [kept light](LiveSettings::kept_light) takes for this view, with its part of what it shares

@@ -101,8 +101,8 @@ struct Viewer {
     eye: DVec3,
     light: FrameLight,
     frame: u32,
-    /// How often it would have learnt.
-    asked: u32,
+    /// The last one that it took part in.
+    round: u32,
 }
 
 /// What a view sees of a scene: cells are for what looks alike.
@@ -144,6 +144,8 @@ pub(super) struct LightCells {
     settling: u32,
     viewers: Vec<Viewer>,
     viewers_so_far: u32,
+    /// Counts rounds of their frames, as a headset's: one teaches in each.
+    round: u32,
     /// The device has them no more.
     is_over: bool,
 }
@@ -173,8 +175,8 @@ impl SharedCells {
         let mut cells = lock(&all);
         let viewer = cells.viewers_so_far;
         cells.viewers_so_far += 1;
-        let frame = cells.frame;
-        cells.viewers.push(Viewer { id: viewer, eye: sight.eye, light: sight.light, frame, asked: 0 });
+        let (frame, round) = (cells.frame, cells.round.wrapping_sub(1));
+        cells.viewers.push(Viewer { id: viewer, eye: sight.eye, light: sight.light, frame, round });
         drop(cells);
         Some(Self { all, scene: scene.clone(), viewer })
     }
@@ -214,9 +216,14 @@ impl SharedCells {
         let mut cells = self.lock();
         let is_changed = cells.scene_version != cache.version() || cells.light != light;
         let (sharers, place) = cells.place_among_recent(self.viewer);
-        let Some(own) = cells.viewers.iter_mut().find(|it| it.id == self.viewer) else { return true };
-        own.asked = own.asked.wrapping_add(1);
-        is_changed || (own.asked.wrapping_sub(1) + place) % sharers == 0
+        let LightCells { viewers, round, .. } = &mut *cells;
+        let Some(own) = viewers.iter_mut().find(|it| it.id == self.viewer) else { return true };
+        // Whoever comes again begins the next one.
+        if own.round == *round {
+            *round = round.wrapping_add(1);
+        }
+        own.round = *round;
+        is_changed || *round % sharers == place
     }
 
     /// The passes by which cells learn from a view's paths: where their rays end, and the paths, come before them.
@@ -227,10 +234,16 @@ impl SharedCells {
     /// The view goes without them from now on. The last one takes them along.
     pub fn free(self, gone: &mut Recording) {
         let mut cells = self.lock();
-        cells.viewers.retain(|viewer| viewer.id != self.viewer);
-        if cells.viewers.is_empty() && !cells.is_over {
+        if cells.viewers.len() == 1 && !cells.is_over {
             cells.free(gone);
         }
+    }
+}
+
+impl Drop for SharedCells {
+    /// One that was not [freed](Self::free) is none of those that share them any more, either.
+    fn drop(&mut self) {
+        self.lock().viewers.retain(|viewer| viewer.id != self.viewer);
     }
 }
 
@@ -284,6 +297,7 @@ impl LightCells {
             settling: 0,
             viewers: vec![],
             viewers_so_far: 0,
+            round: 0,
             is_over: false,
         })
     }

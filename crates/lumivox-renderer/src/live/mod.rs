@@ -74,6 +74,8 @@ pub struct LiveView {
     /// Samples of the last frame's film, and those that it traces.
     target_samples: u32,
     pixel_samples: u64,
+    /// Another view that shares light taught it in the last frame, which moved.
+    awaits_turn: bool,
 }
 
 /// What a film shows, but for its light; another key, another image.
@@ -132,6 +134,7 @@ impl LiveView {
             noise: NoiseEnd::default(),
             target_samples: settings.target_samples,
             pixel_samples: 0,
+            awaits_turn: false,
         })
     }
 
@@ -174,6 +177,7 @@ impl LiveView {
                 && !self.schedule.has_coarse(),
             awaits_feedback: self.awaited > 0,
             pixel_samples: self.pixel_samples,
+            awaits_turn: self.awaits_turn,
             lost_pixels: self.count.lost,
             light_bytes: self.kept_light.as_ref().map_or(0, KeptLight::bytes),
         }

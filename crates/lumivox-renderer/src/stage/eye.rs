@@ -106,7 +106,8 @@ impl<W> Eye<W> {
     /// The frame is on its way to the GPU.
     pub fn executed(&mut self, ticket: u64, trace: &Trace) {
         let Trace { status, pass, budget, milliseconds } = *trace;
-        self.pacer.recorded(ticket, pass, status.pixel_samples, budget, milliseconds);
+        let telling = if status.awaits_turn { 0 } else { status.pixel_samples };
+        self.pacer.recorded(ticket, pass, telling, budget, milliseconds);
     }
 
     pub fn free(self, recording: &mut Recording) {

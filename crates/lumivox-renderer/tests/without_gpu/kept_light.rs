@@ -167,6 +167,10 @@ impl Beside {
 
     /// Its frame, in which it has moved on.
     fn show(&mut self, world: &mut Moving) -> u64 {
+        self.frame(world).light_bytes
+    }
+
+    fn frame(&mut self, world: &mut Moving) -> LiveStatus {
         self.angle += 0.001;
         let seen: Camera = camera().with_aspect(1.0);
         let turn = DAffine3::from_rotation_y(self.angle);
@@ -177,7 +181,7 @@ impl Beside {
         let status =
             live.record_frame(cache, &seen, &self.settings, &host, PIXELS / 4, &mut recording).unwrap();
         world.replay(&recording);
-        status.light_bytes
+        status
     }
 }
 
@@ -193,6 +197,10 @@ fn views_that_see_the_same_share_what_they_learn() {
         told[2]
     };
     let of_both = shared(&mut views, &mut world);
+    // One of them teaches in each frame, and both in turn.
+    let waits = [(); 6].map(|()| [0, 1].map(|view| views[view].frame(&mut world).awaits_turn));
+    assert!(waits.iter().all(|[first, second]| first != second), "{waits:?}");
+    assert!(waits.windows(2).all(|pair| pair[0] != pair[1]), "{waits:?}");
     assert!(of_both < of_one + of_one / 2, "{of_one} for one and {of_both} for both");
     // Another light is none of the first one's, and neither is what is seen from elsewhere: this scene's volumes have surfaces.
     views[1].settings.ambient = [1.0, 0.5, 0.2];
