@@ -104,9 +104,10 @@ pub struct Opened {
 /// Opens, and tells all about it.
 pub fn open(source: Source, desk: &Desk<Told>) {
     let opened = match &source {
-        Source::Files(files) => match &files[..] {
-            [file] if is_scene(file) => open_scene(file, desk),
-            files => open_study(files, desk),
+        // A scene may come with the scan that it names.
+        Source::Files(files) => match files.iter().find(|file| is_scene(file)) {
+            Some(scene) => open_scene(scene, desk),
+            None => open_study(files, desk),
         },
         Source::Series(study, place) => open_series(study.clone(), *place, desk),
     };
@@ -226,7 +227,7 @@ pub fn show<M: Send>(document: &SceneDocument, scans: Vec<Arc<Volume>>, desk: &D
 /// Opens a scene's file: its first scan is the one that slices show.
 fn open_scene(file: &Path, desk: &Desk<Told>) -> Result<(), String> {
     let written = lumivox_scene::read(file).map_err(|error| error.to_string())?;
-    let folder = std::path::absolute(written.folder()).unwrap_or_else(|_| written.folder().to_owned());
+    let folder = files::absolute(written.folder()).unwrap_or_else(|_| written.folder().to_owned());
     let mut document = written.document.clone();
     if document.volumes.is_empty() {
         return Err(format!("{}: the scene names no scan", file.display()));

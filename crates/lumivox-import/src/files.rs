@@ -248,6 +248,17 @@ pub fn canonicalize(path: impl AsRef<Path>) -> io::Result<PathBuf> {
     }
 }
 
+/// A path wherever the program is.
+///
+/// # Errors
+/// When the system does not say where that is.
+pub fn absolute(path: impl AsRef<Path>) -> io::Result<PathBuf> {
+    match FILES.get() {
+        None => std::path::absolute(path),
+        Some(_) => Ok(plain(path.as_ref())),
+    }
+}
+
 /// The bytes of a file.
 ///
 /// # Errors

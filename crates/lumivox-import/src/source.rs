@@ -49,7 +49,7 @@ impl ImportOptions {
 
 /// A path wherever the program is.
 pub(crate) fn whole(path: &Path) -> PathBuf {
-    std::path::absolute(path).unwrap_or_else(|_| path.to_owned())
+    crate::files::absolute(path).unwrap_or_else(|_| path.to_owned())
 }
 
 /// What a document says of what was loaded of these files. Which series it was is said where there were several.

@@ -25,10 +25,10 @@ pub enum Part {
 }
 
 impl Part {
-    pub const ALL: [Self; 6] =
-        [Self::Command, Self::Godot, Self::Unity, Self::Python, Self::Crates, Self::Web];
+    /// Those of a release. The page is made by itself: its tools are of one version, which Debian's testing has today.
+    pub const ALL: [Self; 5] = [Self::Command, Self::Godot, Self::Unity, Self::Python, Self::Crates];
 
-    /// By its word on the command line; `all` is all of them. `unity` alone is made of this system's, whatever it is.
+    /// By its word on the command line; `all` are those of a release. `unity` alone is made of this system's, whatever it is.
     pub fn named(name: &str) -> Option<Vec<Self>> {
         Some(match name {
             "all" => Self::ALL.to_vec(),

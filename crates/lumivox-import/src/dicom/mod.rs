@@ -68,7 +68,7 @@ pub(crate) fn is_dicom(path: &Path) -> bool {
 
 /// The structures of a radiotherapy structure set; `None` of a file that is none, or that cannot be read, which its study tells.
 pub(crate) fn structures_of(path: &Path, cancel: &CancelToken) -> Option<Vec<Structure>> {
-    if !path.is_file() {
+    if !crate::files::is_file(path) {
         return None;
     }
     let header = elements::data_set::read_header(&Source::File(path.to_owned()), cancel).ok()?;

@@ -1,8 +1,11 @@
 //! Contours as labels: each slice of a structure set is filled where an odd number of a structure's contours is around a voxel, so that
 //! a contour within another is a hole, and so is what a line leads to and back.
 //!
-//! A structure set has no grid. Its planes are the slices, and within them voxels are as large as 512 of them need to be.
+//! A structure set has no grid. Slices are as near to each other as its planes, and within them voxels are as large as 512 of them need
+//! to be. A plane reaches half way to its structure's next ones: where scans have thick and thin slices, or contours are in every
+//! second one, nothing is left out between them.
 
+use std::ops::Range;
 use std::path::Path;
 
 use lumivox_core::{
@@ -24,6 +27,10 @@ const SIDES_MM: [f64; 2] = [0.4, 4.0];
 const SAME_PLANE_MM: f64 = 0.02;
 /// The distance of slices where there is only one.
 const ONE_SLICE_MM: f64 = 3.0;
+/// Planes of a structure that are so many times as far apart as usual have a gap between them.
+const GAP: f64 = 2.5;
+/// The part of the usual distance of planes below which they differ by a rounding.
+const ROUNDING: f64 = 0.25;
 /// A contour is in a plane where its corners leave it by no more.
 const FLAT_MM: f64 = 0.5;
 /// More voxels than that become larger ones.
@@ -43,15 +50,13 @@ pub(super) fn labels(
     let [nx, ny, nz] = grid.dims;
     let mut claims = Claims::new(nx * ny * nz).map_err(|_| payload::too_many_voxels(path, grid.dims))?;
     for (place, structure) in structures.iter().enumerate() {
-        cancel.check()?;
-        for slice in 0..nz {
-            let contours: Vec<Vec<[f64; 2]>> = structure
-                .contours
-                .iter()
-                .filter(|contour| grid.slice_of(contour) == slice)
-                .map(|contour| contour.iter().map(|corner| grid.in_slice(*corner)).collect())
-                .collect();
-            fill(&contours, [nx, ny], |x, y| claims.add((slice * ny + y) * nx + x, place as u16 + 1));
+        for Plane { contours, slices } in grid.planes(structure) {
+            cancel.check()?;
+            fill(&contours, [nx, ny], |x, y| {
+                for slice in slices.clone() {
+                    claims.add((slice * ny + y) * nx + x, place as u16 + 1);
+                }
+            });
         }
     }
     let settled = claims.settle();
@@ -97,6 +102,12 @@ fn notes(structures: &[Structure], grid: &Grid) -> Vec<String> {
     notes
 }
 
+/// A structure's contours in one plane, in voxels, and the slices that it reaches.
+struct Plane {
+    contours: Vec<Vec<[f64; 2]>>,
+    slices: Range<usize>,
+}
+
 /// Where contours become voxels.
 struct Grid {
     /// Right, down and from slice to slice in the patient.
@@ -104,6 +115,8 @@ struct Grid {
     /// Where the first voxel's centre is, along the axes.
     first_mm: DVec3,
     step_mm: DVec3,
+    /// The usual distance of planes.
+    usual_mm: f64,
     dims: [usize; 3],
 }
 
@@ -139,10 +152,9 @@ impl Grid {
         let mut planes: Vec<f64> = contours().map(|contour| depth(contour, &axes)).collect();
         planes.sort_by(f64::total_cmp);
         planes.dedup_by(|a, b| *a - *b < SAME_PLANE_MM);
-        let mut steps: Vec<f64> = planes.windows(2).map(|pair| pair[1] - pair[0]).collect();
-        steps.sort_by(f64::total_cmp);
-        // Gaps are larger than the usual step, never smaller.
-        let step = steps.get(steps.len() / 2).copied().unwrap_or(ONE_SLICE_MM);
+        let usual_mm = usual_distance(&planes).unwrap_or(ONE_SLICE_MM);
+        let steps = planes.windows(2).map(|pair| pair[1] - pair[0]);
+        let step = steps.filter(|step| *step >= ROUNDING * usual_mm).fold(usual_mm, f64::min);
         let corners = || contours().flatten().map(own);
         let low = corners().fold(DVec3::INFINITY, DVec3::min);
         let high = corners().fold(DVec3::NEG_INFINITY, DVec3::max);
@@ -160,6 +172,7 @@ impl Grid {
             axes,
             first_mm: DVec3::new(low.x - 0.5 * side, low.y - 0.5 * side, planes[0]),
             step_mm: DVec3::new(side, side, step),
+            usual_mm,
             dims: [count(extent.x), count(extent.y), slices as usize],
         })
     }
@@ -169,9 +182,38 @@ impl Grid {
         DAffine3::from_mat3_translation(matrix, self.axes * self.first_mm)
     }
 
-    fn slice_of(&self, contour: &[DVec3]) -> usize {
-        let slice = (depth(contour, &self.axes) - self.first_mm.z) / self.step_mm.z;
-        (slice.round().max(0.0) as usize).min(self.dims[2] - 1)
+    /// The planes of a structure, from one end to the other. Of its slices none is in two of them.
+    fn planes(&self, structure: &Structure) -> Vec<Plane> {
+        let mut contours: Vec<(f64, &Vec<DVec3>)> =
+            structure.contours.iter().map(|contour| (depth(contour, &self.axes), contour)).collect();
+        contours.sort_by(|a, b| a.0.total_cmp(&b.0));
+        let planes: Vec<&[(f64, &Vec<DVec3>)]> =
+            contours.chunk_by(|a, b| b.0 - a.0 < SAME_PLANE_MM).collect();
+        let depths: Vec<f64> = planes.iter().map(|plane| plane[0].0).collect();
+        let usual = usual_distance(&depths).unwrap_or(self.usual_mm);
+        // Half of the way to the next plane; at an end, and before a gap, of the usual one.
+        let reach = |a: usize, b: usize| {
+            let way = match (depths.get(a), depths.get(b)) {
+                (Some(a), Some(b)) if b - a <= GAP * usual => b - a,
+                _ => usual,
+            };
+            0.5 * way
+        };
+        // The first slice at a depth or beyond.
+        let slice = |depth: f64| {
+            let at = (depth - self.first_mm.z) / self.step_mm.z;
+            ((at - 1e-6).ceil().max(0.0) as usize).min(self.dims[2])
+        };
+        let plane = |(place, plane): (usize, &&[(f64, &Vec<DVec3>)])| {
+            let at = depths[place];
+            let [before, after] = [reach(place.wrapping_sub(1), place), reach(place, place + 1)];
+            let in_slice = |contour: &Vec<DVec3>| contour.iter().map(|it| self.in_slice(*it)).collect();
+            Plane {
+                contours: plane.iter().map(|(_, contour)| in_slice(contour)).collect(),
+                slices: slice(at - before)..slice(at + after),
+            }
+        };
+        planes.iter().enumerate().map(plane).collect()
     }
 
     /// A corner in voxels of its slice.
@@ -179,6 +221,13 @@ impl Grid {
         let at = (self.axes.transpose() * corner - self.first_mm) / self.step_mm;
         [at.x, at.y]
     }
+}
+
+/// The median of the ways from plane to plane; `None` of one plane. Gaps are larger.
+fn usual_distance(planes: &[f64]) -> Option<f64> {
+    let mut steps: Vec<f64> = planes.windows(2).map(|pair| pair[1] - pair[0]).collect();
+    steps.sort_by(f64::total_cmp);
+    steps.get(steps.len() / 2).copied()
 }
 
 /// The patient's own axes where a normal is one of them, else right-handed ones around it.
@@ -267,8 +316,12 @@ mod tests {
     }
 
     fn contour(corners: &[[f64; 3]]) -> Vec<u8> {
+        contour_of("CLOSED_PLANAR", corners)
+    }
+
+    fn contour_of(kind: &str, corners: &[[f64; 3]]) -> Vec<u8> {
         let numbers: Vec<String> = corners.iter().flatten().map(|x| format!("{x}")).collect();
-        [text(0x3006_0042, b"CS", "CLOSED_PLANAR"), text(0x3006_0050, b"DS", &numbers.join("\\"))].concat()
+        [text(0x3006_0042, b"CS", kind), text(0x3006_0050, b"DS", &numbers.join("\\"))].concat()
     }
 
     fn square(center: [f64; 2], half: f64, z: f64) -> Vec<u8> {
@@ -344,6 +397,34 @@ mod tests {
         assert!(report.notes.iter().any(|note| note.contains("5 slices of 3 mm")), "{:?}", report.notes);
     }
 
+    /// Thick slices and thin ones, contours in every second slice, and a gap.
+    #[test]
+    fn nothing_is_lost_between_planes_of_other_distances() {
+        let folder = tempfile::tempdir().unwrap();
+        let squares = |at: [f64; 2], levels: &[f64]| levels.iter().map(|z| square(at, 5.0, *z)).collect();
+        let mixed = squares([0.0, 0.0], &[0.0, 5.0, 10.0, 12.5, 15.0, 20.0, 25.0]);
+        let apart = squares([30.0, 0.0], &[0.0, 5.0, 20.0, 25.0]);
+        let path = file(folder.path(), vec![roi("7", "1\\2\\3", mixed), roi("300", "3\\2\\1", apart)]);
+        let labels = load(&path).unwrap().labels;
+        let value = |x: f64, z: f64| {
+            let voxel = labels.patient_from_voxel().inverse().transform_point3(DVec3::new(x, 0.0, z));
+            labels.value(voxel.round().to_array().map(|x| x as usize))
+        };
+        assert_eq!(labels.dims()[2], 11, "slices of 2.5 mm");
+        for slice in 0..11 {
+            let z = 2.5 * f64::from(slice);
+            assert_eq!(value(0.0, z), 1, "at {z} mm");
+            // Half of the usual way into the gap, and no further.
+            let is_there = !(7.5..17.5).contains(&z);
+            assert_eq!(value(30.0, z) == 2, is_there, "at {z} mm");
+        }
+        let every_second = squares([0.0, 0.0], &[0.0, 6.0, 12.0]);
+        let all = squares([30.0, 0.0], &[0.0, 3.0, 6.0, 9.0, 12.0]);
+        let path = file(folder.path(), vec![roi("7", "1\\2\\3", every_second), roi("300", "3\\2\\1", all)]);
+        let counts = load(&path).unwrap().labels.counts();
+        assert_eq!(counts[1], counts[2]);
+    }
+
     #[test]
     fn what_encloses_nothing_is_told() {
         let folder = tempfile::tempdir().unwrap();
@@ -351,6 +432,9 @@ mod tests {
         let path = file(folder.path(), vec![roi("7", "1\\2\\3", vec![point.clone()])]);
         let error = load(&path).unwrap_err().to_string();
         assert!(error.contains("structures.dcm") && error.contains("closed contours"), "{error}");
+        let corners = [[0.0, 0.0, 0.0], [9.0, 0.0, 0.0], [0.0, 9.0, 0.0]];
+        let xor = contour_of("CLOSEDPLANAR_XOR", &corners);
+        assert!(load(&file(folder.path(), vec![roi("7", "1\\2\\3", vec![xor])])).is_ok());
         let regions = vec![roi("7", "1\\2\\3", vec![point, square([0.0, 0.0], 5.0, 1.0)])];
         let loaded = load(&file(folder.path(), regions)).unwrap();
         assert!(loaded.report.notes.iter().any(|note| note.starts_with("1 points and open lines")));

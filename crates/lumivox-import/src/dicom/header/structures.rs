@@ -50,7 +50,9 @@ pub(crate) fn structures(data: &DataSet) -> Vec<Structure> {
             let kind = contour.text(attr::CONTOUR_GEOMETRIC_TYPE).unwrap_or_default();
             let numbers = contour.decimal_list(attr::CONTOUR_DATA).ok().flatten().unwrap_or_default();
             let corners: Vec<DVec3> = numbers.chunks_exact(3).map(|p| DVec3::new(p[0], p[1], p[2])).collect();
-            if kind.starts_with("CLOSED_PLANAR") && corners.len() >= 3 {
+            // Those that are to be combined by XOR are: an odd number of them is around what is inside.
+            let is_closed = matches!(kind.trim(), "CLOSED_PLANAR" | "CLOSEDPLANAR_XOR");
+            if is_closed && corners.len() >= 3 {
                 contours.push(corners);
             } else {
                 open += 1;

@@ -223,7 +223,7 @@ pub(crate) fn files_below(folder: &Path, cancel: &CancelToken) -> Result<Found, 
 /// such a folder is where it is called, and what leads back into it ends at the deepest folder.
 fn real_folder(folder: &Path) -> std::io::Result<PathBuf> {
     files::canonicalize(folder).or_else(|error| match files::metadata(folder) {
-        Ok(_) => std::path::absolute(folder),
+        Ok(_) => files::absolute(folder),
         Err(_) => Err(error),
     })
 }
