@@ -3,6 +3,13 @@
 WINDOWS_TARGET=x86_64-pc-windows-gnu
 WINDOWS_FOLDER=${CARGO_TARGET_DIR:-target}/windows
 case $WINDOWS_FOLDER in /*) ;; *) WINDOWS_FOLDER=$PWD/$WINDOWS_FOLDER ;; esac
+# What of this machine's folders is called in what is made: of several that match, the last holds. Cargo's and the person's are not named either.
+WINDOWS_CARGO_HOME=${CARGO_HOME:-$HOME/.cargo}
+WINDOWS_NAMES="$PWD=/lumivox
+$WINDOWS_CARGO_HOME/registry/src=/crates
+$WINDOWS_FOLDER=/target
+$WINDOWS_FOLDER/toolchain/root=/rust"
+WINDOWS_UNNAMED=("$PWD" "$WINDOWS_FOLDER" "$WINDOWS_CARGO_HOME" "$HOME")
 
 # Debian packages that make up a private toolchain: a compiler that Debian keeps new enough in a release that it maintains,
 # the sources of its library, which Debian builds for no Windows, and MinGW's compilers, those with C++ threads.
@@ -27,7 +34,7 @@ debian_security_mirrors() {
 need_windows_toolchain() {
     local folder=$WINDOWS_FOLDER/toolchain made_of
     made_of="$WINDOWS_RELEASE $WINDOWS_PACKAGES
-$(declare -f fetch_windows_toolchain wrap_windows_toolchain build_windows_std | cksum)"
+$(declare -f fetch_windows_toolchain wrap_windows_toolchain build_windows_std with_windows_toolchain | cksum)"
     if [ "$(cat "$folder/made-of" 2>/dev/null)" != "$made_of" ] || ! rustc_is_new_enough "$folder/bin/rustc"; then
         [ "$(uname -s) $(uname -m)" = "Linux x86_64" ] && command -v apt-get >/dev/null 2>&1 &&
             command -v dpkg-deb >/dev/null 2>&1 && [ -e "$DEBIAN_KEYRING" ] ||
@@ -131,9 +138,19 @@ windows_cargo() (
     with_windows_toolchain "${CARGO:-cargo}" "$@"
 )
 
-with_windows_toolchain() {
+# C compilers are told of names through a variable in which a space parts words.
+with_windows_toolchain() (
+    unit=$'\037'
+    rust=${RUSTFLAGS:-}
+    rust=${rust// /$unit} c=
+    while read -r names; do
+        rust="$rust${rust:+$unit}--remap-path-prefix=$names"
+        case $names in *' '*) ;; *) c="$c -ffile-prefix-map=$names" ;; esac
+    done <<<"$WINDOWS_NAMES"
+    export CARGO_ENCODED_RUSTFLAGS=$rust
+    export CFLAGS_x86_64_pc_windows_gnu="${CFLAGS_x86_64_pc_windows_gnu:-}$c" CXXFLAGS_x86_64_pc_windows_gnu="${CXXFLAGS_x86_64_pc_windows_gnu:-}$c"
     RUSTC=$WINDOWS_FOLDER/toolchain/bin/rustc PATH=$WINDOWS_FOLDER/toolchain/bin:$PATH "$@"
-}
+)
 
 # Sets MATURIN, which makes wheels, of the version that those for Linux are made by.
 need_maturin() {
@@ -159,4 +176,15 @@ needs_only_windows() {
         esac
     done
     [ -z "$others" ] || die "$1 needs what not every Windows has:$others"
+}
+
+# Fails where the program or library $1 names a folder of the machine that it was made on.
+needs_no_folder() {
+    local folder found
+    case $WINDOWS_NAMES in *' '*) return 0 ;; esac
+    for folder in "${WINDOWS_UNNAMED[@]}"; do
+        [ "${folder%/}" ] || continue
+        found=$(LC_ALL=C grep -aoF -m 1 "${folder%/}/" "$1" | head -n 1) || :
+        [ -z "$found" ] || die "$1 names where it was made: $(LC_ALL=C grep -ao -m 1 "${folder%/}/[[:graph:]]*" "$1" | head -n 1)"
+    done
 }
