@@ -109,6 +109,8 @@ func _edit(scene: PackedScene, size: Array) -> void:
 	first.density = 0.5
 	first.transfer_function.shift = 10.0
 	first.labels.set_label("body", "opacity", 0.25)
+	first.labels.set_label("body", "surface_roughness", 0.5)
+	first.labels.set_label("air outside", "own_surface", true)
 	(volumes[1] as LumivoxVolume3D).clip_min = Vector3(0.25, 0, 0)
 	(root.find_children("*", "OmniLight3D")[0] as Light3D).light_energy = 1.0
 	(root.get_node("Camera") as Camera3D).fov = 50.0

@@ -4,7 +4,7 @@ use std::sync::Arc;
 
 use godot::classes::{IResource, Resource};
 use godot::prelude::*;
-use godot::register::info::{PropertyHint, PropertyHintInfo, PropertyInfo};
+use godot::register::info::{PropertyHint, PropertyHintInfo, PropertyInfo, PropertyUsageFlags};
 use lumivox_core::document::Style;
 use lumivox_core::medium::{MAX_DENSITY_SCALE, SurfaceReflection};
 use lumivox_core::spelling::edit_distance;
@@ -12,6 +12,7 @@ use lumivox_core::{CancelToken, LabelStyle, LabelVolume, Labelling, Progress, Vo
 use lumivox_import::{LabelOptions, load_labels};
 
 use super::{LumivoxTransferFunction, LumivoxVolume, stored};
+use crate::nodes::{LumivoxVolume3D, MAX_GRADIENT};
 use crate::{convert, kept_paths};
 
 /// Group of the inspector, and beginning of the names of its properties.
@@ -25,7 +26,10 @@ const GROUP: &str = "labels/";
 /// animations): [code]visible[/code], [code]opacity[/code] (a factor, 0 to 1),
 /// [code]density[/code] (in place of the volume's; -1 is that), [code]painted[/code] and [code]color[/code] (whether
 /// [code]color[/code] takes the place of the transfer function's; what that makes clear stays clear, and the volume's node warns
-/// of it), [code]transfer_function[/code] (of its own) and [code]clipped[/code] (whether a [LumivoxClip3D] cuts it). What has no label is called [code]unlabelled[/code].
+/// of it), [code]transfer_function[/code] (of its own), [code]clipped[/code] (whether a [LumivoxClip3D] cuts it) and
+/// [code]own_surface[/code] (whether [code]surface_strength[/code], [code]surface_gradient[/code] (0 is the volume's),
+/// [code]surface_roughness[/code], [code]surface_specular[/code] and [code]surface_metallic[/code] take the place of the volume's: see
+/// [member LumivoxVolume3D.surface_strength]). What has no label is called [code]unlabelled[/code].
 ///
 /// Labels may have another resolution than the scan; borders between them are smooth. Save them as a binary resource
 /// ([code].res[/code]).
@@ -51,6 +55,9 @@ struct Look {
     color: Color,
     transfer_function: Option<Gd<LumivoxTransferFunction>>,
     clipped: bool,
+    own_surface: bool,
+    /// With a gradient of 0 where that is the volume's.
+    surface: SurfaceReflection,
     /// What a scene file says, which has more than these: it holds as long as they are as they were then.
     exact: Option<LabelStyle>,
 }
@@ -68,6 +75,8 @@ impl Look {
             color: convert::color_from_linear(color),
             transfer_function: None,
             clipped: true,
+            own_surface: false,
+            surface: LumivoxVolume3D::SURFACE,
             exact: None,
         }
     }
@@ -82,6 +91,8 @@ impl Look {
         let function = style.transfer_function.as_ref();
         self.transfer_function = function.map(|curve| LumivoxTransferFunction::exactly(curve, &[]));
         self.clipped = style.clipped;
+        self.own_surface = style.surface.is_some();
+        self.surface = style.surface.unwrap_or(self.surface);
         self.exact = Some(style);
     }
 
@@ -95,9 +106,11 @@ impl Look {
             && self.painted.then_some(self.color) == color
             && function == style.transfer_function
             && self.clipped == style.clipped
+            && self.own_surface.then_some(self.surface) == style.surface
     }
 
-    fn style(&self) -> LabelStyle {
+    /// Its style in a volume of this surface.
+    fn style(&self, of_volume: SurfaceReflection) -> LabelStyle {
         if let Some(exact) = self.exact.as_ref().filter(|exact| self.says(exact)) {
             return exact.clone();
         }
@@ -107,7 +120,10 @@ impl Look {
             transfer_function: self.transfer_function.as_ref().map(|function| function.bind().curve()),
             density_scale: (self.density >= 0.0).then_some(self.density),
             opacity: self.opacity,
-            surface: None,
+            surface: self.own_surface.then_some(match self.surface {
+                own if own.gradient_per_mm > 0.0 => own,
+                own => SurfaceReflection { gradient_per_mm: of_volume.gradient_per_mm, ..own },
+            }),
             clipped: self.clipped,
         }
     }
@@ -121,6 +137,12 @@ impl Look {
             "color" => self.color.to_variant(),
             "transfer_function" => self.transfer_function.to_variant(),
             "clipped" => self.clipped.to_variant(),
+            "own_surface" => self.own_surface.to_variant(),
+            "surface_strength" => self.surface.strength.to_variant(),
+            "surface_gradient" => self.surface.gradient_per_mm.to_variant(),
+            "surface_roughness" => self.surface.roughness.to_variant(),
+            "surface_specular" => self.surface.specular.to_variant(),
+            "surface_metallic" => self.surface.metallic.to_variant(),
             _ => return None,
         })
     }
@@ -128,10 +150,20 @@ impl Look {
     /// Whether there is such a field, and the value is one for it.
     fn set(&mut self, field: &str, value: &Variant) -> bool {
         let number = || value.try_to::<f64>().ok().filter(|x| x.is_finite());
+        let surface = &mut self.surface;
+        let mut put = |part: fn(&mut SurfaceReflection) -> &mut f64, most: f64| {
+            number().map(|x| *part(surface) = x.clamp(0.0, most)).is_some()
+        };
         match field {
             "visible" => value.try_to().map(|is| self.visible = is).is_ok(),
             "painted" => value.try_to().map(|is| self.painted = is).is_ok(),
             "clipped" => value.try_to().map(|is| self.clipped = is).is_ok(),
+            "own_surface" => value.try_to().map(|is| self.own_surface = is).is_ok(),
+            "surface_strength" => put(|surface| &mut surface.strength, 1.0),
+            "surface_gradient" => put(|surface| &mut surface.gradient_per_mm, MAX_GRADIENT),
+            "surface_roughness" => put(|surface| &mut surface.roughness, 1.0),
+            "surface_specular" => put(|surface| &mut surface.specular, 1.0),
+            "surface_metallic" => put(|surface| &mut surface.metallic, 1.0),
             "color" => value.try_to().map(|color| self.color = color).is_ok(),
             "transfer_function" => value.try_to().map(|function| self.transfer_function = function).is_ok(),
             "opacity" => number().map(|x| self.opacity = x.clamp(0.0, 1.0)).is_some(),
@@ -141,8 +173,21 @@ impl Look {
     }
 }
 
-const FIELDS: [&str; 7] =
-    ["visible", "opacity", "density", "painted", "color", "transfer_function", "clipped"];
+const FIELDS: [&str; 13] = [
+    "visible",
+    "opacity",
+    "density",
+    "painted",
+    "color",
+    "transfer_function",
+    "clipped",
+    "own_surface",
+    "surface_strength",
+    "surface_gradient",
+    "surface_roughness",
+    "surface_specular",
+    "surface_metallic",
+];
 
 #[godot_api]
 impl LumivoxLabels {
@@ -277,9 +322,12 @@ impl IResource for LumivoxLabels {
         let of = |look: &Look| {
             FIELDS.map(|field| {
                 let name = format!("{GROUP}{}/{field}", look.name);
-                match field {
-                    "opacity" => PropertyInfo::new_export::<f64>(&name)
+                let property = match field {
+                    "opacity" | "surface_strength" | "surface_roughness" | "surface_specular"
+                    | "surface_metallic" => PropertyInfo::new_export::<f64>(&name)
                         .with_hint_info(hint(PropertyHint::RANGE, "0,1,0.001")),
+                    "surface_gradient" => PropertyInfo::new_export::<f64>(&name)
+                        .with_hint_info(hint(PropertyHint::RANGE, "0,1000,0.1,or_greater,suffix:/mm")),
                     "density" => PropertyInfo::new_export::<f64>(&name)
                         .with_hint_info(hint(PropertyHint::RANGE, "-1,100,0.001,or_greater")),
                     "color" => PropertyInfo::new_export::<Color>(&name)
@@ -288,7 +336,11 @@ impl IResource for LumivoxLabels {
                         PropertyInfo::new_export::<Option<Gd<LumivoxTransferFunction>>>(&name)
                     }
                     _ => PropertyInfo::new_export::<bool>(&name),
-                }
+                };
+                // Kept, but not shown where it has no say.
+                let is_shown = look.own_surface || !field.starts_with("surface_");
+                let usage = if is_shown { property.usage } else { PropertyUsageFlags::STORAGE };
+                PropertyInfo { usage, ..property }
             })
         };
         self.looks.iter().flat_map(of).collect()
@@ -356,6 +408,10 @@ impl LumivoxLabels {
             }
         };
         match &refused {
+            None if field == "own_surface" => {
+                self.base_mut().notify_property_list_changed();
+                self.base_mut().emit_changed();
+            }
             None => self.base_mut().emit_changed(),
             Some(why) => godot_error!("LumivoxLabels: {why}."),
         }
@@ -379,13 +435,15 @@ impl LumivoxLabels {
     pub fn painted(&self) -> impl Iterator<Item = (u8, &str, LabelStyle)> {
         let is_meant =
             |look: &&Look| look.painted && look.visible && look.opacity > 0.0 && look.density != 0.0;
-        self.looks.iter().filter(is_meant).map(|look| (look.value, look.name.as_str(), look.style()))
+        // Their surfaces are of no interest: nobody is told of them.
+        let style = |look: &Look| look.style(SurfaceReflection::OFF);
+        self.looks.iter().filter(is_meant).map(move |look| (look.value, look.name.as_str(), style(look)))
     }
 
-    /// The labels and their looks; `None` without any.
-    pub fn labelling(&self) -> Option<Labelling> {
+    /// The labels and their looks in a volume of a surface; `None` without any.
+    pub fn labelling(&self, of_volume: SurfaceReflection) -> Option<Labelling> {
         let labels = self.labels.clone()?;
-        let styles = self.looks.iter().map(|look| (look.value, look.style()));
+        let styles = self.looks.iter().map(|look| (look.value, look.style(of_volume)));
         let styles = styles.filter(|(_, style)| *style != LabelStyle::default()).collect();
         Some(Labelling { labels, styles })
     }

@@ -5,9 +5,9 @@ use std::ops::ControlFlow;
 use std::path::{Path, PathBuf};
 use std::sync::{Mutex, OnceLock, PoisonError};
 
-use lumivox_core::document::{Backdrop, Entry, Scan, SceneDocument, Written};
+use lumivox_core::document::{Backdrop, Entry, Scan, SceneDocument, Surface, Written};
 use lumivox_core::glam::{DMat3, DVec3};
-use lumivox_core::{CancelToken, EnvironmentMap};
+use lumivox_core::{CancelToken, EnvironmentMap, SurfaceReflection};
 use lumivox_renderer::DisplaySettings;
 use lumivox_renderer::display::put_on;
 use lumivox_scene::{Opened, Opening, Silent};
@@ -362,11 +362,26 @@ fn what_is_changed_in_the_engine_is_saved() {
         document.volumes[0].look.transfer_function.as_ref().unwrap().opacity_knots()[0].value
     };
     assert_eq!(knot(&after), knot(&before) + 10.0);
-    let body = |document: &SceneDocument| {
+    let label = |document: &SceneDocument, name: &str| {
         let styles = &document.volumes[0].labels.as_ref().unwrap().styles;
-        styles.iter().find(|style| style.label == "body").unwrap().clone()
+        styles.iter().find(|style| style.label == name).unwrap().clone()
     };
-    assert_eq!((body(&before).opacity, body(&after).opacity), (Some(0.7), Some(0.25)));
+    let body = [&before, &after].map(|document| label(document, "body"));
+    assert_eq!(body.each_ref().map(|style| style.opacity), [Some(0.7), Some(0.25)]);
+    let surface = |surface: Option<Surface>| match surface {
+        Some(Surface::Is(reflection)) => reflection.over(SurfaceReflection::OFF),
+        other => panic!("{other:?} is not written out"),
+    };
+    // Of its surface, what was not changed.
+    let [own_before, own_after] = body.map(|style| surface(style.surface));
+    assert_eq!(own_before.roughness, 0.21);
+    assert_eq!(own_after, SurfaceReflection { roughness: 0.5, ..own_before });
+    // A new one is as steep as the volume's.
+    let of_volume = surface(after.volumes[0].look.surface);
+    let new = surface(label(&after, "air outside").surface);
+    let begins =
+        SurfaceReflection { strength: 1.0, roughness: 0.4, specular: 0.04, metallic: 0.0, ..of_volume };
+    assert_eq!(new, begins);
     assert!(after.volumes[1].clip.is_some());
     assert_eq!((before.lights[0], before.lights[2]), (after.lights[0], after.lights[2]));
     assert_ne!(before.lights[1], after.lights[1]);

@@ -8,6 +8,15 @@ use crate::convert;
 use crate::nodes::clip_3d::clip_shapes_of;
 
 impl LumivoxVolume3D {
+    /// The surface of a new node, and of a label's that has one of its own; a gradient of 0 is what suits the scan.
+    pub const SURFACE: SurfaceReflection = SurfaceReflection {
+        strength: 1.0,
+        gradient_per_mm: 0.0,
+        roughness: 0.4,
+        specular: 0.04,
+        metallic: 0.0,
+    };
+
     /// The volume as it stands in the world; `None` without a scan.
     pub fn instance(&self) -> Option<VolumeInstance> {
         let suited = self.volume.as_ref()?.bind().default_medium()?.clone();
@@ -16,14 +25,15 @@ impl LumivoxVolume3D {
         let volume = shown.volume;
         let (low, high) = (convert::dvec(self.clip_min), convert::dvec(self.clip_max));
         let place = self.to_gd().get_global_transform_interpolated();
+        let medium = self.medium(&suited);
         let rounded = || convert::affine(place) * placement::node_from_patient(&volume);
         let world_from_patient = self.exact_place(&volume, place).unwrap_or_else(rounded);
         Some(VolumeInstance {
             world_from_patient,
             clip_box: self.exact_clip(&volume).unwrap_or_else(|| placement::clip_box(&volume, low, high)),
-            medium: self.medium(&suited),
             layers: self.base().get_layer_mask(),
-            labels: self.labels.as_ref().and_then(|labels| labels.bind().labelling()),
+            labels: self.labels.as_ref().and_then(|labels| labels.bind().labelling(medium.surface)),
+            medium,
             peel: peel.0,
             clip_shapes: clip_shapes_of(
                 &self.base(),

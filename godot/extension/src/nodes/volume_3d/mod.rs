@@ -26,7 +26,7 @@ use crate::resources::{LumivoxLabels, LumivoxTransferFunction, LumivoxVolume, Op
 use crate::server;
 
 /// Largest [member LumivoxVolume3D.surface_gradient]: that of a medium.
-const MAX_GRADIENT: f64 = 1e12;
+pub const MAX_GRADIENT: f64 = 1e12;
 
 /// Largest [member LumivoxVolume3D.peel_mm]: what depths are told apart to.
 const MOST_PEELED_MM: f64 = 63.0;
@@ -104,7 +104,7 @@ pub struct LumivoxVolume3D {
     #[export_group(name = "Surface", prefix = "surface_")]
     #[export(range = (0.0, 1.0, 0.001))]
     #[var(set)]
-    #[init(val = 1.0)]
+    #[init(val = Self::SURFACE.strength)]
     surface_strength: f64,
     /// How steep a boundary must be, in value units (HU for CT) per millimetre. 0: as suits the scan.
     #[export(range = (0.0, 1000.0, 0.1, or_greater, suffix = "/mm"))]
@@ -113,12 +113,12 @@ pub struct LumivoxVolume3D {
     /// Width of the highlights: 0 glossy, 1 matt.
     #[export(range = (0.0, 1.0, 0.001))]
     #[var(set)]
-    #[init(val = 0.4)]
+    #[init(val = Self::SURFACE.roughness)]
     surface_roughness: f64,
     /// Share of the light, 0 to 1, that the highlights reflect seen head-on. Skin and bone have about 0.04.
     #[export(range = (0.0, 1.0, 0.001))]
     #[var(set)]
-    #[init(val = 0.04)]
+    #[init(val = Self::SURFACE.specular)]
     surface_specular: f64,
     /// How much of the scan's own colour the highlights have, 0 to 1: 0 of skin and bone, whose highlights have the light's; 1
     /// of metal, such as implants and fillings, which want a high [member surface_specular], too.
