@@ -3,7 +3,7 @@
 mod keeping;
 
 use std::future::Future;
-use std::path::{Path, PathBuf};
+use std::path::PathBuf;
 use std::pin::Pin;
 use std::sync::Arc;
 
@@ -68,7 +68,7 @@ pub struct App {
     rescue: Option<Rescue>,
     /// When unsaved work was last looked at, in seconds of the interface.
     looked_at: f64,
-    /// What is opened once it is said what becomes of unsaved work.
+    /// What is opened once it is said what becomes of another run's unsaved work, and that is there again.
     later: Vec<PathBuf>,
     /// What is opened was unsaved before.
     is_restoring: bool,
@@ -119,8 +119,7 @@ impl App {
         };
         app.state.has_tiles = launch.makes_tiles;
         app.rescue = app.drawer.rescue_folder().and_then(|folder| Rescue::in_folder(&folder));
-        let left = app.rescue.as_ref().and_then(Rescue::left).map(Path::to_owned);
-        app.state.dialog = left.map(Dialog::Restore);
+        app.ask_to_restore();
         if app.state.dialog.is_some() {
             app.later = launch.open;
         } else if !launch.open.is_empty() {
@@ -149,7 +148,7 @@ impl App {
     /// Shows what a job opens, once it has.
     pub fn begin(&mut self, job: Job<Told>) {
         (self.tiling, self.were_tiles_made) = (None, true);
-        self.state.done = None;
+        (self.state.done, self.is_restoring) = (None, false);
         self.opening = Some(job);
     }
 
@@ -288,13 +287,17 @@ impl App {
                     self.showing = None;
                     self.state.progress = Default::default();
                     let mut session = Session::new(*opened);
-                    if std::mem::take(&mut self.is_restoring) {
+                    let was_left = std::mem::take(&mut self.is_restoring);
+                    if was_left {
                         session.forget_saved();
                     } else if let Some(rescue) = &mut self.rescue {
                         rescue.clear();
                     }
                     self.state.begin(session);
                     self.were_tiles_made = false;
+                    if was_left {
+                        self.open_later();
+                    }
                 }
                 Told::Failed(why) => {
                     self.state.failed = Some((Word::CannotOpen, why));
@@ -302,10 +305,18 @@ impl App {
             }
         }
         if is_over {
-            self.opening = None;
+            self.end_opening();
             if self.state.session.is_none() && self.state.failed.is_none() {
                 self.state.strip = Strip::default();
             }
+        }
+    }
+
+    /// Nothing is opened any more. What another run left is asked for again where it did not come.
+    fn end_opening(&mut self) {
+        self.opening = None;
+        if std::mem::take(&mut self.is_restoring) {
+            self.ask_to_restore();
         }
     }
 
@@ -335,7 +346,7 @@ impl App {
     /// What became of a file dialog.
     fn chosen(&mut self, ask: Ask, files: Vec<PathBuf>) {
         if matches!(ask, Ask::Files | Ask::Folder) {
-            return self.open(Source::Files(files));
+            return self.replace(Source::Files(files));
         }
         if matches!(ask, Ask::Labels | Ask::LabelFolder) {
             return structures::open(&mut self.state, files);
@@ -423,13 +434,22 @@ impl App {
             Action::Restore(restores) => self.restore(restores),
             Action::Close => self.leave(),
             Action::SaveAndClose => {
-                self.closes = Some(Closing::Saved);
-                let name = self.state.session.as_ref().map(|session| session.file_name("lumivox"));
-                self.state.act(Action::Ask(Ask::SaveScene(name.unwrap_or_default())));
+                match &self.asking {
+                    None => {
+                        self.closes = Some(Closing::Saved);
+                        let name = self.state.session.as_ref().map(|session| session.file_name("lumivox"));
+                        self.state.act(Action::Ask(Ask::SaveScene(name.unwrap_or_default())));
+                    }
+                    // It is asked already where to.
+                    Some((Ask::SaveScene(_), _)) => self.closes = Some(Closing::Saved),
+                    // Of two file dialogs at once the second would not come: this one stays until there is room.
+                    Some(_) => self.state.dialog = Some(Dialog::Leave { opens: self.next.is_some() }),
+                }
             }
             Action::Cancel => {
                 // What was shown before stays.
-                (self.opening, self.exporting) = (None, None);
+                self.end_opening();
+                self.exporting = None;
                 if self.state.session.is_none() {
                     self.state.strip = Strip::default();
                 }

@@ -42,20 +42,45 @@ impl App {
     pub(super) fn keep_unsaved(&mut self, context: &egui::Context) {
         let (Some(session), Some(rescue)) = (&self.state.session, &mut self.rescue) else { return };
         let now = context.input(|input| input.time);
-        if now - self.looked_at < EVERY_SECONDS {
-            return;
+        if now - self.looked_at >= EVERY_SECONDS {
+            self.looked_at = now;
+            if session.is_changed() {
+                rescue.keep(session.document());
+            }
         }
-        self.looked_at = now;
-        if session.is_changed() {
-            rescue.keep(session.document());
+        // A view that rests is looked at again, too. Any frame between forgets what the one before asked for.
+        let left = self.looked_at + EVERY_SECONDS - now;
+        context.request_repaint_after(Duration::from_secs_f64(left.clamp(0.0, EVERY_SECONDS)));
+    }
+
+    /// Asks what becomes of what another run left, if it left something.
+    pub(super) fn ask_to_restore(&mut self) {
+        let left = self.rescue.as_ref().and_then(Rescue::left).map(Path::to_owned);
+        if left.is_some() {
+            self.state.dialog = left.map(Dialog::Restore);
         }
-        // A view that rests is looked at again, too.
-        context.request_repaint_after(Duration::from_secs_f64(EVERY_SECONDS));
+    }
+
+    /// Whether what another run left is asked about, or on its way: nothing else takes its place, and it is kept.
+    fn is_left(&self) -> bool {
+        self.is_restoring || matches!(self.state.dialog, Some(Dialog::Restore(_)))
+    }
+
+    /// Opens what came while that was so.
+    pub(super) fn open_later(&mut self) {
+        let later = std::mem::take(&mut self.later);
+        if !later.is_empty() {
+            self.replace(Source::Files(later));
+        }
     }
 
     /// Opens something in place of what is shown; asks before where that is unsaved.
     pub(super) fn replace(&mut self, source: Source) {
-        if self.state.session.as_ref().is_some_and(Session::has_work) {
+        if self.is_left()
+            && let Source::Files(files) = source
+        {
+            self.later = files;
+        } else if self.state.session.as_ref().is_some_and(Session::has_work) {
             self.next = Some(source);
             self.state.dialog = Some(Dialog::Leave { opens: true });
         } else {
@@ -87,7 +112,7 @@ impl App {
             context.send_viewport_cmd(ViewportCommand::CancelClose);
             self.next = None;
             self.state.dialog = Some(Dialog::Leave { opens: false });
-        } else if !matches!(self.state.dialog, Some(Dialog::Restore(_)))
+        } else if !self.is_left()
             && let Some(rescue) = &mut self.rescue
         {
             rescue.clear();
@@ -111,17 +136,14 @@ impl App {
         let left = self.rescue.as_ref().and_then(Rescue::left).map(Path::to_owned);
         match left {
             Some(file) if restores => {
-                self.is_restoring = true;
                 self.open(Source::Files(vec![file]));
+                self.is_restoring = true;
             }
             _ => {
                 if let Some(rescue) = &mut self.rescue {
                     rescue.clear();
                 }
-                let later = std::mem::take(&mut self.later);
-                if !later.is_empty() {
-                    self.open(Source::Files(later));
-                }
+                self.open_later();
             }
         }
     }

@@ -1,14 +1,12 @@
 //! Cuts by handles in the picture, and the cube that says how the patient is turned.
 
-use eframe::egui::{Key, Modifiers, PointerButton};
 use lumivox_core::ClipKind;
 use lumivox_core::document::{Entry, Shape, affine};
 
-use super::views::{drag, press, view};
 use super::*;
 
 fn first(studio: &Studio) -> Entry {
-    studio.state().state.session.as_ref().unwrap().document().volumes[0].clone()
+    session(studio).document().volumes[0].clone()
 }
 
 fn handle(studio: &Studio, number: usize) -> egui::Pos2 {
@@ -22,12 +20,7 @@ fn last(studio: &Studio) -> Shape {
 #[test]
 fn cuts_are_dragged_in_the_picture() {
     let _alone = alone();
-    let folder = tempfile::tempdir().unwrap();
-    let scan = head(folder.path(), 32);
-    let (mut studio, _) = studio();
-    drop_files(&mut studio, &[&scan]);
-    wait(&mut studio, "it is read", |app| app.state.session.is_some());
-    settle(&mut studio);
+    let (mut studio, _, _folder) = with_head(32);
     let studio = &mut studio;
     // From half the side, so that nothing points at the eye.
     let middle = view(studio, "3D").center();
@@ -44,8 +37,7 @@ fn cuts_are_dragged_in_the_picture() {
     assert!((handle(studio, 2) - to).length() < 0.35 * (to - from).length(), "it follows the pointer");
     settle(studio);
     screenshot(studio, "22-cut-handles");
-    studio.key_press_modifiers(Modifiers::COMMAND, Key::Z);
-    studio.run_steps(2);
+    undo(studio);
     assert!(first(studio).clip.is_none(), "one drag is one step");
 
     // A ball: first its centre, then its edge.
@@ -108,15 +100,10 @@ fn cuts_are_dragged_in_the_picture() {
 #[test]
 fn a_click_on_the_cube_turns_to_that_side() {
     let _alone = alone();
-    let folder = tempfile::tempdir().unwrap();
-    let scan = head(folder.path(), 32);
-    let (mut studio, _) = studio();
-    drop_files(&mut studio, &[&scan]);
-    wait(&mut studio, "it is read", |app| app.state.session.is_some());
-    settle(&mut studio);
+    let (mut studio, _, _folder) = with_head(32);
     let studio = &mut studio;
     click(studio, "Front");
-    let orbit = |studio: &Studio| studio.state().state.session.as_ref().unwrap().orbit();
+    let orbit = |studio: &Studio| session(studio).orbit();
     let three_d = view(studio, "3D");
     // Dragged to the left, the patient's left comes to the front: the camera goes around to it.
     drag(studio, PointerButton::Primary, three_d.center(), three_d.center() - egui::vec2(150.0, 0.0));
@@ -124,19 +111,12 @@ fn a_click_on_the_cube_turns_to_that_side() {
     assert!((0.3..1.2).contains(&turned.azimuth), "{turned:?}");
     let cube = studio.get_by_label("Orientation cube").rect();
     let on_left = egui::vec2(25.0 * turned.azimuth.cos() as f32, 0.0);
-    let click_at = |studio: &mut Studio, at: egui::Pos2| {
-        studio.event(egui::Event::PointerMoved(at));
-        studio.step();
-        press(studio, at, PointerButton::Primary, true);
-        press(studio, at, PointerButton::Primary, false);
-        studio.run_steps(2);
-    };
     click_at(studio, cube.center() + on_left);
     let found = orbit(studio);
     assert!((found.azimuth - std::f64::consts::FRAC_PI_2).abs() < 1e-6 && found.elevation.abs() < 1e-6);
     assert!((found.distance - turned.distance).abs() < 1e-6, "as near as before");
     // Never mirrored: seen from the patient's left, the face looks to the left.
-    let camera = studio.state().state.session.as_ref().unwrap().camera().world_from_camera.matrix3;
+    let camera = session(studio).camera().world_from_camera.matrix3;
     assert!(camera.determinant() > 0.999 && camera.x_axis.z < -0.999, "{camera}");
     settle(studio);
     screenshot(studio, "24-cube");

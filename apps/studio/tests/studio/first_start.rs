@@ -1,8 +1,6 @@
 //! What a person meets first.
 
-use eframe::egui::{Key, Modifiers};
-use lumivox_studio::settings::Settings;
-use lumivox_studio::words::{Language, Word};
+use lumivox_studio::words::Word;
 
 use super::*;
 

@@ -2,15 +2,12 @@
 
 use std::process::Command;
 
-use eframe::egui::{
-    Color32, ColorImage, OutputCommand, PointerButton, ViewportCommand, ViewportEvent, ViewportId,
-};
+use eframe::egui::{Color32, ColorImage, OutputCommand, ViewportCommand, ViewportEvent, ViewportId};
 use lumivox_core::Preset;
 use lumivox_studio::settings::{Drawer, Mouse};
 use lumivox_studio::slices::Plane;
-use lumivox_studio::state::{Dialog, ExportDraft, ViewId};
+use lumivox_studio::state::{Action, Dialog, ExportDraft, ViewId};
 
-use super::views::{drag, view};
 use super::*;
 
 /// Settings that forget, and a folder for unsaved work.
@@ -51,7 +48,7 @@ fn kept(folder: &Path) -> Vec<PathBuf> {
 }
 
 fn preset(studio: &Studio) -> Option<Preset> {
-    studio.state().state.session.as_ref().unwrap().document().volumes[0].look.preset
+    session(studio).document().volumes[0].look.preset
 }
 
 #[test]
@@ -61,15 +58,17 @@ fn a_program_that_is_killed_loses_less_than_a_minute_and_the_next_one_asks() {
     let place = folder.path().join("kept");
     let scan = head(folder.path(), 32);
     let (mut studio, _) = keeping(&place);
-    drop_files(&mut studio, &[&scan]);
-    wait(&mut studio, "it is read", |app| app.state.session.is_some());
-    settle(&mut studio);
+    open(&mut studio, &[&scan]);
     // What was only looked at is not work.
     ask_to_close(&mut studio);
     assert!(!commands(&studio).contains(&ViewportCommand::CancelClose));
     click(&mut studio, "Skin");
-    // Frames of tests are a quarter of a second.
-    studio.run_steps(100);
+    // Frames of tests are a quarter of a second. However many there are, the next look is always asked for.
+    for _ in 0..100 {
+        studio.step();
+        let delay = studio.output().viewport_output[&ViewportId::ROOT].repaint_delay;
+        assert!(delay <= Duration::from_secs(20), "{delay:?}");
+    }
     let files = kept(&place);
     let text = std::fs::read_to_string(&files[0]).unwrap();
     assert!(files.len() == 1 && text.contains("ct-skin") && !text.contains("Doe"), "{files:?}");
@@ -82,10 +81,14 @@ fn a_program_that_is_killed_loses_less_than_a_minute_and_the_next_one_asks() {
     let (other, _) = keeping(&place);
     assert!(!says(&other, "Unsaved work"));
     drop(other);
+    // What is dropped meanwhile comes afterwards, and asks as it always does.
+    drop_files(&mut next, &[&scan]);
     click(&mut next, "Restore");
     wait(&mut next, "it is read", |app| app.state.session.is_some());
     settle(&mut next);
     assert_eq!(preset(&next), Some(Preset::CtSkin));
+    assert!(says(&next, "Open another without saving?"));
+    click(&mut next, "Cancel");
     // It is still unsaved: the window asks.
     ask_to_close(&mut next);
     assert!(commands(&next).contains(&ViewportCommand::CancelClose));
@@ -145,14 +148,77 @@ fn unsaved_work_is_thrown_away_only_when_that_is_said() {
 }
 
 #[test]
-fn the_view_goes_to_the_clipboard() {
+fn what_cannot_be_restored_is_asked_about_again() {
     let _alone = alone();
     let folder = tempfile::tempdir().unwrap();
-    let scan = head(folder.path(), 32);
-    let (mut studio, _) = studio();
+    let place = folder.path().join("kept");
+    std::fs::create_dir(&place).unwrap();
+    let gone = "{\"lumivox_scene\": 1, \"volumes\": [{\"scan\": {\"files\": [\"gone\"]}}]}";
+    std::fs::write(place.join("unsaved-3.lumivox"), gone).unwrap();
+    let scan = head(folder.path(), 24);
+    let (mut studio, _) = keeping(&place);
+    // What is dropped waits for the answer.
     drop_files(&mut studio, &[&scan]);
-    wait(&mut studio, "it is read", |app| app.state.session.is_some());
+    studio.run_steps(2);
+    assert!(studio.state().state.busy.is_none() && says(&studio, "Unsaved work"));
+    click(&mut studio, "Restore");
+    wait(&mut studio, "it is told", |app| app.state.failed.is_some());
     settle(&mut studio);
+    ask_to_close(&mut studio);
+    assert_eq!(kept(&place).len(), 1, "what failed is kept");
+    click(&mut studio, "Close");
+    assert!(says(&studio, "Unsaved work"));
+    // So is what was cancelled.
+    studio.state_mut().state.dialog = None;
+    studio.state_mut().state.act(Action::Restore(true));
+    studio.state_mut().state.act(Action::Cancel);
+    studio.run_steps(2);
+    assert!(says(&studio, "Unsaved work") && kept(&place).len() == 1);
+    click(&mut studio, "Discard");
+    wait(&mut studio, "what was dropped is read", |app| app.state.session.is_some());
+    settle(&mut studio);
+    assert!(kept(&place).is_empty() && !session(&studio).has_work());
+}
+
+#[test]
+fn what_is_chosen_asks_for_unsaved_work_as_what_is_dropped_does() {
+    let _alone = alone();
+    let (mut studio, answers, folder) = with_head(24);
+    let scan = folder.path().join("scan");
+    click(&mut studio, "Skin");
+    for button in ["Open folder…", "Open files…"] {
+        answers.next(&scan);
+        click(&mut studio, button);
+        settle(&mut studio);
+        assert!(says(&studio, "Open another without saving?") && preset(&studio) == Some(Preset::CtSkin));
+        click(&mut studio, "Cancel");
+    }
+    // While a file dialog is up there is no other: the question stays, and the window does not close with what is saved later.
+    let held = answers.hold();
+    click(&mut studio, "Open files…");
+    ask_to_close(&mut studio);
+    studio.run_steps(2);
+    click(&mut studio, "Save scene…");
+    assert!(says(&studio, "Close without saving?"));
+    click(&mut studio, "Cancel");
+    held.send(scan).unwrap();
+    settle(&mut studio);
+    click(&mut studio, "Cancel");
+    let scene = folder.path().join("view.lumivox");
+    answers.next(&scene);
+    click(&mut studio, "Save scene…");
+    wait(&mut studio, "it is saved", |app| app.state.done.is_some());
+    for _ in 0..3 {
+        assert!(!commands(&studio).contains(&ViewportCommand::Close));
+        studio.step();
+    }
+    assert!(scene.exists() && preset(&studio) == Some(Preset::CtSkin));
+}
+
+#[test]
+fn the_view_goes_to_the_clipboard() {
+    let _alone = alone();
+    let (mut studio, _, _folder) = with_head(32);
     studio.key_press(egui::Key::Num2);
     studio.run_steps(2);
     studio.input_mut().events.push(egui::Event::Copy);
@@ -190,12 +256,7 @@ fn the_view_goes_to_the_clipboard() {
 #[test]
 fn a_turn_is_a_picture_for_each_step_and_a_film_where_ffmpeg_is() {
     let _alone = alone();
-    let folder = tempfile::tempdir().unwrap();
-    let scan = head(folder.path(), 32);
-    let (mut studio, answers) = studio();
-    drop_files(&mut studio, &[&scan]);
-    wait(&mut studio, "it is read", |app| app.state.session.is_some());
-    settle(&mut studio);
+    let (mut studio, answers, folder) = with_head(32);
     click(&mut studio, "Export picture…");
     click(&mut studio, "Turn around the scan");
     let Some(Dialog::Export(draft)) = studio.state().state.dialog.clone() else { panic!("a dialog") };
@@ -224,12 +285,7 @@ fn a_turn_is_a_picture_for_each_step_and_a_film_where_ffmpeg_is() {
 #[test]
 fn the_mouse_is_that_of_ohif_or_of_3d_slicer() {
     let _alone = alone();
-    let folder = tempfile::tempdir().unwrap();
-    let scan = head(folder.path(), 32);
-    let (mut studio, _) = studio();
-    drop_files(&mut studio, &[&scan]);
-    wait(&mut studio, "it is read", |app| app.state.session.is_some());
-    settle(&mut studio);
+    let (mut studio, _, _folder) = with_head(32);
     let studio = &mut studio;
     let axial = view(studio, "Axial");
     let (from, to) = (axial.center() + egui::vec2(20.0, 20.0), axial.center() + egui::vec2(50.0, 40.0));

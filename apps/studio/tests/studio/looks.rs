@@ -1,15 +1,13 @@
 //! The curve of opacity and colour, the light, and the look by dragging over the picture.
 
-use eframe::egui::{Key, Modifiers, PointerButton};
 use lumivox_core::document::{Entry, Lighting, SceneDocument};
 use lumivox_core::glam::DVec3;
 use lumivox_studio::state::CurvePoint;
 
-use super::views::{drag, press, view};
 use super::*;
 
 fn document(studio: &Studio) -> SceneDocument {
-    studio.state().state.session.as_ref().unwrap().document().clone()
+    session(studio).document().clone()
 }
 
 fn first(studio: &Studio) -> Entry {
@@ -23,29 +21,14 @@ fn place(studio: &mut Studio, label: &str) -> egui::Rect {
     studio.get_all_by_label(label).last().unwrap().rect()
 }
 
-fn undo(studio: &mut Studio) {
-    studio.key_press_modifiers(Modifiers::COMMAND, Key::Z);
-    studio.run_steps(2);
-}
-
-fn opened() -> (Studio, tempfile::TempDir) {
-    let folder = tempfile::tempdir().unwrap();
-    let scan = head(folder.path(), 32);
-    let (mut studio, _) = studio();
-    drop_files(&mut studio, &[&scan]);
-    wait(&mut studio, "it is read", |app| app.state.session.is_some());
-    settle(&mut studio);
-    (studio, folder)
-}
-
 #[test]
 fn the_curve_is_dragged_over_the_histogram() {
     let _alone = alone();
-    let (mut studio, _folder) = opened();
+    let (mut studio, _, _folder) = with_head(32);
     let studio = &mut studio;
     let start = document(studio);
     let shown = |studio: &Studio| {
-        let session = studio.state().state.session.as_ref().unwrap();
+        let session = session(studio);
         session.scene().0.volumes[0].medium.transfer_function.clone()
     };
     let before = shown(studio);
@@ -78,11 +61,7 @@ fn the_curve_is_dragged_over_the_histogram() {
     click(studio, "Remove point");
     assert_eq!(shown(studio).opacity_knots(), before.opacity_knots());
     let at = place(studio, "Opacity point 3").center();
-    studio.event(egui::Event::PointerMoved(at));
-    studio.step();
-    press(studio, at, PointerButton::Secondary, true);
-    press(studio, at, PointerButton::Secondary, false);
-    studio.run_steps(2);
+    click_with(studio, at, PointerButton::Secondary);
     assert_eq!(shown(studio).opacity_knots().len(), before.opacity_knots().len() - 1);
     click(studio, "Add colour");
     assert_eq!(shown(studio).color_stops().len(), before.color_stops().len() + 1);
@@ -109,7 +88,7 @@ fn the_curve_is_dragged_over_the_histogram() {
 #[test]
 fn the_look_is_shifted_and_widened_over_the_picture() {
     let _alone = alone();
-    let (mut studio, _folder) = opened();
+    let (mut studio, _, _folder) = with_head(32);
     let studio = &mut studio;
     let start = document(studio);
     let at = view(studio, "3D").center();
@@ -150,12 +129,12 @@ fn the_look_is_shifted_and_widened_over_the_picture() {
 #[test]
 fn the_key_light_follows_the_ball() {
     let _alone = alone();
-    let (mut studio, _folder) = opened();
+    let (mut studio, _, _folder) = with_head(32);
     let studio = &mut studio;
     let start = document(studio);
     assert!(start.lights.is_empty());
     let from = |studio: &Studio| {
-        let session = studio.state().state.session.as_ref().unwrap();
+        let session = session(studio);
         let axes = session.camera().world_from_camera.matrix3;
         match session.document().lights[..] {
             [Lighting::Sun { direction, .. }] => axes.transpose() * -DVec3::from_array(direction),

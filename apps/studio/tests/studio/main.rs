@@ -18,18 +18,22 @@ mod views;
 
 use std::io::Write;
 use std::path::{Path, PathBuf};
+use std::sync::mpsc::{Receiver, Sender, channel};
 use std::sync::{Arc, Mutex, MutexGuard, Once, PoisonError};
 use std::time::{Duration, Instant};
 
-use eframe::egui::{self, DroppedFile};
+use eframe::egui::{self, DroppedFile, Key, Modifiers, PointerButton, Pos2};
 use egui_kittest::Harness;
 use egui_kittest::kittest::{NodeT, Queryable};
 use lumivox_core::{CancelToken, Progress};
 use lumivox_phantom::{AnatomyOptions, SeriesDescription, anatomy, write_dicom_series};
 use lumivox_studio::app::{App, Choice, Chooser, Launch};
+use lumivox_studio::session::Session;
 use lumivox_studio::settings::{Drawer, Forgetful, Settings};
 use lumivox_studio::state::Ask;
 use lumivox_studio::words::Language;
+use lumivox_viewport::Pace;
+use tempfile::TempDir;
 
 /// Nobody waits longer for anything here.
 const LONGEST: Duration = Duration::from_secs(240);
@@ -40,18 +44,31 @@ type Studio = Harness<'static, App>;
 
 /// What file dialogs say in tests.
 #[derive(Clone, Default)]
-struct Answers(Arc<Mutex<Vec<PathBuf>>>);
+struct Answers {
+    next: Arc<Mutex<Vec<PathBuf>>>,
+    held: Arc<Mutex<Option<Receiver<PathBuf>>>>,
+}
 
 impl Answers {
     fn next(&self, file: impl Into<PathBuf>) {
-        *self.0.lock().unwrap() = vec![file.into()];
+        *self.next.lock().unwrap() = vec![file.into()];
+    }
+
+    /// The next dialog stays until somebody sends what it says.
+    fn hold(&self) -> Sender<PathBuf> {
+        let (send, held) = channel();
+        *self.held.lock().unwrap() = Some(held);
+        send
     }
 }
 
 impl Chooser for Answers {
     fn ask(&self, _: &Ask, _: Language) -> Choice {
-        let files = std::mem::take(&mut *self.0.lock().unwrap());
-        Box::pin(async move { files })
+        let files = std::mem::take(&mut *self.next.lock().unwrap());
+        match self.held.lock().unwrap().take() {
+            Some(held) => Box::pin(async move { held.recv().into_iter().collect() }),
+            None => Box::pin(async move { files }),
+        }
     }
 }
 
@@ -84,6 +101,8 @@ fn launch_with(drawer: Box<dyn Drawer>, makes_tiles: bool) -> (Studio, Answers) 
         .build_eframe(move |context| App::new(context, launch));
     if let Some(live) = studio.state_mut().live_mut() {
         live.set_samples(4);
+        // A processor traces: pictures of few pixels say the same, and rest soon.
+        *live.viewport_mut().pace_mut() = Pace { moving: 20.0, resting: 40.0, most_pixels: 1 << 12 };
     }
     studio.step();
     (studio, answers)
@@ -123,6 +142,68 @@ fn drop_files(studio: &mut Studio, files: &[&Path]) {
     studio.input_mut().dropped_files = dropped.collect();
     studio.step();
     studio.input_mut().dropped_files.clear();
+}
+
+/// Opens files by dropping them, and waits until the scan is seen.
+fn open(studio: &mut Studio, files: &[&Path]) {
+    drop_files(studio, files);
+    wait(studio, "it is read", |app| app.state.session.is_some());
+    settle(studio);
+}
+
+/// The program with a head of so many voxels that is seen; the folder goes with the test.
+fn with_head(size: usize) -> (Studio, Answers, TempDir) {
+    let folder = tempfile::tempdir().unwrap();
+    let scan = head(folder.path(), size);
+    let (mut studio, answers) = studio();
+    open(&mut studio, &[&scan]);
+    (studio, answers, folder)
+}
+
+/// What is open.
+fn session(studio: &Studio) -> &Session {
+    studio.state().state.session.as_ref().unwrap()
+}
+
+/// Where a view is in the window.
+fn view(studio: &Studio, name: &str) -> egui::Rect {
+    let all = studio.get_all_by_label(name).map(|node| node.rect());
+    all.max_by(|a, b| a.area().total_cmp(&b.area())).unwrap()
+}
+
+fn press(studio: &mut Studio, at: Pos2, button: PointerButton, pressed: bool) {
+    studio.event(egui::Event::PointerButton { pos: at, button, pressed, modifiers: Modifiers::NONE });
+    studio.step();
+}
+
+fn drag(studio: &mut Studio, button: PointerButton, from: Pos2, to: Pos2) {
+    studio.event(egui::Event::PointerMoved(from));
+    studio.step();
+    press(studio, from, button, true);
+    for share in [0.3, 0.7, 1.0] {
+        studio.event(egui::Event::PointerMoved(from + (to - from) * share));
+        studio.step();
+    }
+    press(studio, to, button, false);
+    studio.step();
+}
+
+fn click_at(studio: &mut Studio, at: Pos2) {
+    click_with(studio, at, PointerButton::Primary);
+}
+
+fn click_with(studio: &mut Studio, at: Pos2, button: PointerButton) {
+    studio.event(egui::Event::PointerMoved(at));
+    studio.step();
+    press(studio, at, button, true);
+    press(studio, at, button, false);
+    studio.run_steps(2);
+}
+
+/// A command back, by its keys.
+fn undo(studio: &mut Studio) {
+    studio.key_press_modifiers(Modifiers::COMMAND, Key::Z);
+    studio.run_steps(2);
 }
 
 /// A head as a DICOM series in a folder.

@@ -1,13 +1,11 @@
 //! Measurements: what is read off a phantom of known size, in slices and in 3D.
 
-use eframe::egui::{Key, Modifiers, PointerButton, Pos2};
 use lumivox_core::document::{Measured, MeasurementKind};
 use lumivox_core::glam::{DAffine3, DVec2, DVec3};
 use lumivox_core::{Modality, Volume, Voxels};
 use lumivox_studio::slices::{Geometry, Plane};
 use lumivox_studio::state::Tool;
 
-use super::views::{drag, press, view};
 use super::*;
 
 /// Voxels of the block in the phantom, along each axis.
@@ -32,12 +30,12 @@ fn block(folder: &Path) -> PathBuf {
 }
 
 fn measured(studio: &Studio, index: usize) -> Measured {
-    let session = studio.state().state.session.as_ref().unwrap();
+    let session = session(studio);
     session.document().measurements[index].measured(session.scan()).unwrap()
 }
 
 fn count(studio: &Studio) -> usize {
-    studio.state().state.session.as_ref().unwrap().document().measurements.len()
+    session(studio).document().measurements.len()
 }
 
 /// Where a voxel is in the axial slice.
@@ -54,20 +52,12 @@ fn in_axial(studio: &Studio, voxel: [f64; 3]) -> Pos2 {
 /// Where a voxel is in the 3D view, by its camera alone.
 fn in_3d(studio: &Studio, voxel: [f64; 3]) -> Pos2 {
     let rect = view(studio, "3D");
-    let session = studio.state().state.session.as_ref().unwrap();
+    let session = session(studio);
     let patient = session.scan().patient_from_voxel().transform_point3(DVec3::from_array(voxel));
     let world = session.scene().0.volumes[0].world_from_patient.transform_point3(patient);
     let own = session.camera().world_from_camera.inverse().transform_point3(world);
     let half = (session.camera().vertical_fov / 2.0).tan() * -own.z;
     rect.center() + egui::vec2((own.x / half) as f32, (-own.y / half) as f32) * (rect.height() / 2.0)
-}
-
-fn click_at(studio: &mut Studio, at: Pos2) {
-    studio.event(egui::Event::PointerMoved(at));
-    studio.step();
-    press(studio, at, PointerButton::Primary, true);
-    press(studio, at, PointerButton::Primary, false);
-    studio.run_steps(2);
 }
 
 #[test]
@@ -136,7 +126,7 @@ fn lengths_angles_and_regions_are_those_of_the_phantom() {
 
     // A point that is dragged is one step.
     click(studio, "Navigate");
-    let before = studio.state().state.session.as_ref().unwrap().document().clone();
+    let before = session(studio).document().clone();
     let point = studio.get_all_by_label("Measurement 1, 2").map(|node| node.rect().center());
     let axial = view(studio, "Axial");
     let point = point.into_iter().find(|at| axial.contains(*at)).unwrap();
@@ -144,9 +134,8 @@ fn lengths_angles_and_regions_are_those_of_the_phantom() {
     drag(studio, PointerButton::Primary, point, shorter);
     let Measured::Length(mm) = measured(studio, 0) else { panic!("a length") };
     assert!((mm - 24.0).abs() < 1.0, "{mm}");
-    studio.key_press_modifiers(Modifiers::COMMAND, Key::Z);
-    studio.run_steps(2);
-    assert_eq!(studio.state().state.session.as_ref().unwrap().document(), &before);
+    undo(studio);
+    assert_eq!(session(studio).document(), &before);
 
     // As a table.
     let file = folder.path().join("table");
@@ -168,10 +157,9 @@ fn lengths_angles_and_regions_are_those_of_the_phantom() {
     studio.run_steps(2);
     assert_eq!(count(studio), 2);
     for _ in 0..2 {
-        studio.key_press_modifiers(Modifiers::COMMAND, Key::Z);
-        studio.run_steps(2);
+        undo(studio);
     }
-    assert_eq!(studio.state().state.session.as_ref().unwrap().document(), &before);
+    assert_eq!(session(studio).document(), &before);
     // The scene's file has them.
     let scene = folder.path().join("block.lumivox");
     answers.next(&scene);
@@ -179,6 +167,6 @@ fn lengths_angles_and_regions_are_those_of_the_phantom() {
     settle(studio);
     drop_files(studio, &[&scene]);
     settle(studio);
-    let back = studio.state().state.session.as_ref().unwrap().document();
+    let back = session(studio).document();
     assert_eq!(back.measurements, before.measurements);
 }

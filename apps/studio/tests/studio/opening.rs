@@ -20,9 +20,7 @@ fn a_dropped_folder_becomes_a_picture_of_the_patient() {
     let folder = tempfile::tempdir().unwrap();
     let scan = head(folder.path(), 40);
     let (mut studio, _) = launch(Settings { has_agreed: true, ..Settings::default() }, true);
-    drop_files(&mut studio, &[&scan]);
-    wait(&mut studio, "it is read", |app| app.state.session.is_some());
-    settle(&mut studio);
+    open(&mut studio, &[&scan]);
     wait(&mut studio, "it rests", |app| app.state.progress.rests);
     wait(&mut studio, "tiles", |app| app.state.looks.iter().all(|look| app.has_tile(*look)));
     let seen = screenshot(&mut studio, "05-opened");

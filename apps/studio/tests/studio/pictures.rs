@@ -71,7 +71,7 @@ fn a_saved_scene_is_the_exported_picture_and_comes_back() {
     answers.next(&scene);
     click(&mut studio, "Save scene…");
     settle(&mut studio);
-    assert!(!studio.state().state.session.as_ref().unwrap().is_changed());
+    assert!(!session(&studio).is_changed());
 
     let (size, wanted) = rendered(&scene);
     let (found_size, found, words) = decoded(&picture);
@@ -84,11 +84,9 @@ fn a_saved_scene_is_the_exported_picture_and_comes_back() {
     assert!(!text.contains("Doe") && text.contains("\"scan\""), "{text}");
 
     // It comes back as it was.
-    let document = studio.state().state.session.as_ref().unwrap().document().clone();
+    let document = session(&studio).document().clone();
     let (mut again, _) = super::studio();
-    drop_files(&mut again, &[&scene]);
-    wait(&mut again, "it is read", |app| app.state.session.is_some());
-    settle(&mut again);
+    open(&mut again, &[&scene]);
     assert_eq!(again.state().state.failed, None);
     let back = again.state().state.session.as_ref().unwrap();
     assert_eq!(back.document().display, document.display);
@@ -96,7 +94,7 @@ fn a_saved_scene_is_the_exported_picture_and_comes_back() {
     assert_eq!(back.document().film, document.film);
     assert!(
         (back.camera().world_from_camera.translation
-            - studio.state().state.session.as_ref().unwrap().camera().world_from_camera.translation)
+            - session(&studio).camera().world_from_camera.translation)
             .length()
             < 1e-9
     );

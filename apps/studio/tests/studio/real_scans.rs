@@ -11,7 +11,7 @@ fn open(studio: &mut Studio, file: &Path) -> Result<Vec<String>, String> {
     if let Some((_, why)) = studio.state().state.failed.clone() {
         return Err(why);
     }
-    Ok(studio.state().state.session.as_ref().unwrap().report.notes.clone())
+    Ok(session(studio).report.notes.clone())
 }
 
 #[test]

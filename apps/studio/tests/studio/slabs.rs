@@ -1,12 +1,10 @@
 //! Slices that are turned, and thick ones.
 
-use eframe::egui::{Key, Modifiers, PointerButton};
 use lumivox_core::glam::{DAffine3, DVec2, DVec3};
 use lumivox_core::{Modality, Volume, Voxels};
 use lumivox_studio::slices::{self, Geometry, Plane, Projection, Slab, bounds_mm};
 use lumivox_studio::state::{Layout, ViewId};
 
-use super::views::{drag, press, view};
 use super::*;
 
 /// A step of brightness from slice to slice, with one bright and one dark voxel.
@@ -68,12 +66,7 @@ fn letters_say_where_a_turned_plane_looks() {
 #[test]
 fn an_oblique_slice_is_turned_by_its_handles_and_shares_the_cross() {
     let _alone = alone();
-    let folder = tempfile::tempdir().unwrap();
-    let scan = head(folder.path(), 32);
-    let (mut studio, _) = studio();
-    drop_files(&mut studio, &[&scan]);
-    wait(&mut studio, "it is read", |app| app.state.session.is_some());
-    settle(&mut studio);
+    let (mut studio, _, _folder) = with_head(32);
     let studio = &mut studio;
     click(studio, "Oblique");
     studio.run_steps(2);
@@ -112,10 +105,7 @@ fn an_oblique_slice_is_turned_by_its_handles_and_shares_the_cross() {
     let size = [oblique.width() as usize, oblique.height() as usize];
     let geometry = Geometry::new(&scan, axes, from, size, 1.0, DVec2::ZERO);
     let at = oblique.center() + egui::vec2(-31.0, 22.0);
-    studio.event(egui::Event::PointerMoved(at));
-    press(studio, at, PointerButton::Primary, true);
-    press(studio, at, PointerButton::Primary, false);
-    studio.run_steps(2);
+    click_at(studio, at);
     let hit = studio.state().state.cross;
     let wanted = geometry.point([f64::from(at.x - oblique.min.x), f64::from(at.y - oblique.min.y)]);
     assert!((hit - wanted).length() < 0.5 * scan.spacing_mm().min_element(), "{hit} {wanted}");

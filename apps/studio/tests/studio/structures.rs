@@ -1,24 +1,23 @@
 //! Structures: found in the scan, and opened from a file.
 
-use eframe::egui::{Key, Modifiers};
 use lumivox_core::document::Style;
 use lumivox_core::{LabelVolume, UNLABELLED};
 
 use super::*;
 
 fn styles(studio: &Studio) -> Vec<Style> {
-    let entry = &studio.state().state.session.as_ref().unwrap().document().volumes[0];
+    let entry = &session(studio).document().volumes[0];
     entry.labels.as_ref().map_or(vec![], |labels| labels.styles.clone())
 }
 
 fn labels(studio: &Studio) -> Option<Arc<LabelVolume>> {
-    let session = studio.state().state.session.as_ref().unwrap();
+    let session = session(studio);
     session.scene().0.volumes[0].labels.as_ref().map(|labelling| labelling.labels.clone())
 }
 
 /// A ball in the middle of the shown scan, as 3D Slicer writes it; with its volume in ml.
 fn ball(studio: &Studio, folder: &Path) -> (PathBuf, f64) {
-    let scan = studio.state().state.session.as_ref().unwrap().scan().clone();
+    let scan = session(studio).scan().clone();
     let (dims, place) = (scan.dims(), scan.patient_from_voxel());
     let mut bytes = vec![0_u8; dims.iter().product()];
     let mut count = 0.0;
@@ -51,12 +50,7 @@ fn ball(studio: &Studio, folder: &Path) -> (PathBuf, f64) {
 #[test]
 fn structures_are_found_and_opened_and_each_has_eye_colour_and_size() {
     let _alone = alone();
-    let folder = tempfile::tempdir().unwrap();
-    let scan = head(folder.path(), 48);
-    let (mut studio, answers) = studio();
-    drop_files(&mut studio, &[&scan]);
-    wait(&mut studio, "it is read", |app| app.state.session.is_some());
-    settle(&mut studio);
+    let (mut studio, answers, folder) = with_head(48);
     let studio = &mut studio;
     click(studio, "Structures");
     click(studio, "Find in this scan");
@@ -87,17 +81,14 @@ fn structures_are_found_and_opened_and_each_has_eye_colour_and_size() {
     assert!(tinted > 40, "{tinted}");
     // Its eye.
     click(studio, "Tumour");
-    let session = studio.state().state.session.as_ref().unwrap();
-    assert!(!session.scene().0.volumes[0].labels.as_ref().unwrap().style(1).visible);
+    assert!(!session(studio).scene().0.volumes[0].labels.as_ref().unwrap().style(1).visible);
     studio.run_steps(2);
     let plain = redness(&screenshot(studio, "27-hidden"));
     assert!(plain.abs() < 8, "{plain}");
-    studio.key_press_modifiers(Modifiers::COMMAND, Key::Z);
-    studio.run_steps(2);
+    undo(studio);
     // The rest of the scan.
     click(studio, "The rest of the scan");
-    let session = studio.state().state.session.as_ref().unwrap();
-    assert!(!session.scene().0.volumes[0].labels.as_ref().unwrap().style(UNLABELLED).visible);
+    assert!(!session(studio).scene().0.volumes[0].labels.as_ref().unwrap().style(UNLABELLED).visible);
     // Solid, whatever its values are.
     click(studio, "Look of the structure: Tumour");
     click(studio, "Solid");

@@ -1,6 +1,5 @@
 //! Looks, cuts, slices, the camera, and the one stack of commands over all of it.
 
-use eframe::egui::{Key, Modifiers, PointerButton};
 use lumivox_core::document::Keep;
 use lumivox_core::glam::{DAffine3, DVec2, DVec3};
 use lumivox_core::{Modality, Preset, Volume, Voxels};
@@ -25,46 +24,22 @@ fn a_session_of_clicks() {
     ];
     for part in parts {
         studio.state_mut().state.session = None;
-        drop_files(&mut studio, &[&scan]);
-        wait(&mut studio, "it is read", |app| app.state.session.is_some());
-        settle(&mut studio);
+        open(&mut studio, &[&scan]);
         part(&mut studio);
     }
 }
 
-pub fn view(studio: &Studio, name: &str) -> egui::Rect {
-    let all = studio.get_all_by_label(name).map(|node| node.rect());
-    all.max_by(|a, b| a.area().total_cmp(&b.area())).unwrap()
-}
-
 fn preset(studio: &Studio) -> Option<Preset> {
-    studio.state().state.session.as_ref().unwrap().document().volumes[0].look.preset
-}
-
-pub fn press(studio: &mut Studio, at: egui::Pos2, button: PointerButton, pressed: bool) {
-    studio.event(egui::Event::PointerButton { pos: at, button, pressed, modifiers: Modifiers::NONE });
-    studio.step();
-}
-
-pub fn drag(studio: &mut Studio, button: PointerButton, from: egui::Pos2, to: egui::Pos2) {
-    studio.event(egui::Event::PointerMoved(from));
-    studio.step();
-    press(studio, from, button, true);
-    for share in [0.3, 0.7, 1.0] {
-        studio.event(egui::Event::PointerMoved(from + (to - from) * share));
-        studio.step();
-    }
-    press(studio, to, button, false);
-    studio.step();
+    session(studio).document().volumes[0].look.preset
 }
 
 fn a_look_is_chosen_by_its_tile_and_taken_back(studio: &mut Studio) {
     let first = preset(studio);
-    let before = studio.state().state.session.as_ref().unwrap().scene().1;
+    let before = session(studio).scene().1;
     click(studio, "Skin");
     assert_eq!(preset(studio), Some(Preset::CtSkin));
     settle(studio);
-    assert_ne!(studio.state().state.session.as_ref().unwrap().scene().1, before);
+    assert_ne!(session(studio).scene().1, before);
     screenshot(studio, "08-skin");
     click(studio, "Undo");
     assert_eq!(preset(studio), first);
@@ -74,47 +49,42 @@ fn a_look_is_chosen_by_its_tile_and_taken_back(studio: &mut Studio) {
     // All that was scanned is another set of voxels, which is found beside the interface.
     click(studio, "All that was scanned");
     settle(studio);
-    let keep = studio.state().state.session.as_ref().unwrap().document().volumes[0].scan.keep;
+    let keep = session(studio).document().volumes[0].scan.keep;
     assert_eq!(keep, Keep::Everything);
-    let session = studio.state().state.session.as_ref().unwrap();
+    let session = session(studio);
     assert_eq!(session.scene().0.volumes[0].volume.voxels(), session.scan().voxels(), "nothing is taken out");
 }
 
 fn a_held_slider_is_one_step_and_so_are_all_turns(studio: &mut Studio) {
-    let session = |studio: &Studio| studio.state().state.session.as_ref().unwrap().document().clone();
-    let start = session(studio);
+    let document = |studio: &Studio| session(studio).document().clone();
+    let start = document(studio);
     let sliders = studio.get_all_by_label("Exposure").map(|node| node.rect());
     let slider = sliders.max_by(|a, b| a.min.x.total_cmp(&b.min.x)).unwrap();
     let at = |share: f32| egui::pos2(slider.left() + share * 100.0, slider.center().y);
     drag(studio, PointerButton::Primary, at(0.6), at(0.95));
-    let brighter = session(studio);
+    let brighter = document(studio);
     assert_ne!(brighter.display.exposure, start.display.exposure);
     let view = view(studio, "3D");
     for _ in 0..2 {
         drag(studio, PointerButton::Primary, view.center(), view.center() + egui::vec2(60.0, 10.0));
     }
-    let turned = session(studio);
+    let turned = document(studio);
     assert_ne!(turned.camera, brighter.camera);
-    studio.key_press_modifiers(Modifiers::COMMAND, Key::Z);
-    studio.run_steps(2);
-    assert_eq!(session(studio), brighter, "both turns are one step");
-    studio.key_press_modifiers(Modifiers::COMMAND, Key::Z);
-    studio.run_steps(2);
-    assert_eq!(session(studio), start, "and the slider another");
+    undo(studio);
+    assert_eq!(document(studio), brighter, "both turns are one step");
+    undo(studio);
+    assert_eq!(document(studio), start, "and the slider another");
     settle(studio);
 }
 
 fn one_point_is_shared_by_all_views_to_half_a_voxel(studio: &mut Studio) {
-    let scan = studio.state().state.session.as_ref().unwrap().scan().clone();
+    let scan = session(studio).scan().clone();
     let half = 0.5 * scan.spacing_mm().max_element();
     // In a slice: where a click lands is where it is in the patient.
     let axial = view(studio, "Axial");
     let before = studio.state().state.cross;
     let at = axial.center() + egui::vec2(24.0, -12.0);
-    studio.event(egui::Event::PointerMoved(at));
-    press(studio, at, PointerButton::Primary, true);
-    press(studio, at, PointerButton::Primary, false);
-    studio.run_steps(2);
+    click_at(studio, at);
     let cross = studio.state().state.cross;
     let size = [axial.width() as usize, axial.height() as usize];
     let geometry = Geometry::new(&scan, Plane::Axial.axes(), before, size, 1.0, DVec2::ZERO);
@@ -126,10 +96,7 @@ fn one_point_is_shared_by_all_views_to_half_a_voxel(studio: &mut Studio) {
     // In the picture: the face is hit from the front, on the skin or below it, and never behind the middle.
     let three_d = view(studio, "3D");
     let middle = three_d.center();
-    studio.event(egui::Event::PointerMoved(middle));
-    press(studio, middle, PointerButton::Primary, true);
-    press(studio, middle, PointerButton::Primary, false);
-    studio.run_steps(2);
+    click_at(studio, middle);
     let hit = studio.state().state.cross;
     let [low, high] = bounds_mm(&scan);
     assert!(hit.y < 0.5 * (low.y + high.y), "{hit}");
@@ -190,25 +157,25 @@ fn a_cut_opens_the_scan_in_every_view_and_in_the_file(studio: &mut Studio) {
     let slider = rect.max_by(|a, b| a.min.x.total_cmp(&b.min.x)).unwrap();
     let at = |x: f32| egui::pos2(slider.left() + x, slider.center().y);
     drag(studio, PointerButton::Primary, at(9.0), at(50.0));
-    let clip = studio.state().state.session.as_ref().unwrap().document().volumes[0].clip.unwrap();
+    let clip = session(studio).document().volumes[0].clip.unwrap();
     // The front is where y of the patient is least.
     assert!(clip[0][1] > 0.15 && clip[1] == [1.0; 3] && clip[0][0] == 0.0, "{clip:?}");
     settle(studio);
     screenshot(studio, "12-cut");
     click(studio, "Cut by a plane that faces me");
-    let document = studio.state().state.session.as_ref().unwrap().document().clone();
+    let document = session(studio).document().clone();
     assert_eq!(document.volumes[0].clip_shapes.len(), 1);
-    let session = studio.state().state.session.as_ref().unwrap();
-    let forward = -session.camera().world_from_camera.matrix3.z_axis;
-    let scan_center = session.center();
-    let shape = session.scene().0.volumes[0].clip_shapes[0];
+    let opened = session(studio);
+    let forward = -opened.camera().world_from_camera.matrix3.z_axis;
+    let scan_center = opened.center();
+    let shape = opened.scene().0.volumes[0].clip_shapes[0];
     let to_shape =
-        shape.patient_from_shape.inverse() * session.scene().0.volumes[0].world_from_patient.inverse();
+        shape.patient_from_shape.inverse() * opened.scene().0.volumes[0].world_from_patient.inverse();
     // A plane keeps where its z is 0 and more.
     let side = |metres: f64| to_shape.transform_point3(scan_center + forward * metres).z;
     assert!(side(0.5) > 0.0 && side(-0.5) < 0.0, "what is before is cut, what is behind kept");
     click(studio, "Uncut");
-    let document = studio.state().state.session.as_ref().unwrap().document().clone();
+    let document = session(studio).document();
     assert!(document.volumes[0].clip.is_none() && document.volumes[0].clip_shapes.is_empty());
     click(studio, "Look");
     settle(studio);
