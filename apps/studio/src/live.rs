@@ -18,6 +18,7 @@ pub struct Live {
     texture: TextureId,
     state: RenderState,
     samples: u32,
+    most_pixels: u32,
 }
 
 impl Live {
@@ -28,7 +29,7 @@ impl Live {
         let view = viewport.texture().create_view(&Default::default());
         let texture =
             state.renderer.write().register_native_texture(&state.device, &view, wgpu::FilterMode::Linear);
-        Self { viewport, texture, state: state.clone(), samples: SAMPLES }
+        Self { viewport, texture, state: state.clone(), samples: SAMPLES, most_pixels: u32::MAX }
     }
 
     /// The interface's name of the texture.
@@ -51,6 +52,11 @@ impl Live {
         self.samples = samples;
     }
 
+    /// Draws so many pixels at most, which the view stretches: for tests, in which a processor draws them.
+    pub fn set_most_pixels(&mut self, most: u32) {
+        self.most_pixels = most;
+    }
+
     /// What the view has drawn, without the interface: for comparisons.
     pub fn viewport(&self) -> &Viewport {
         &self.viewport
@@ -66,7 +72,9 @@ impl Live {
     /// # Errors
     /// Why nothing is shown.
     pub fn draw(&mut self, session: &Session, size: [u32; 2]) -> Result<Progress, String> {
-        if self.viewport.resize(size) {
+        let pixels = size.map(f64::from).iter().product::<f64>();
+        let share = (f64::from(self.most_pixels) / pixels).sqrt().min(1.0);
+        if self.viewport.resize(size.map(|n| (f64::from(n) * share).ceil() as u32)) {
             let view = self.viewport.texture().create_view(&Default::default());
             self.state.renderer.write().update_egui_texture_from_wgpu_texture(
                 &self.state.device,

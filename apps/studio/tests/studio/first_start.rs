@@ -33,7 +33,7 @@ fn it_says_what_it_is_not_and_only_once() {
 fn it_speaks_german_and_is_bright_if_asked() {
     let _alone = alone();
     let (mut studio, _) = studio();
-    let dark = mean_of(&screenshot(&mut studio, "welcome-dark"), egui::Rect::EVERYTHING);
+    let dark = screenshot(&mut studio, "welcome-dark").mean(egui::Rect::EVERYTHING);
     click(&mut studio, "Light");
     click(&mut studio, "English");
     click(&mut studio, "Deutsch");
@@ -41,7 +41,7 @@ fn it_speaks_german_and_is_bright_if_asked() {
     assert_eq!(studio.state().state.settings.language, Language::German);
     assert!(says(&studio, "Scan hier ablegen") && says(&studio, "Ordner öffnen…"));
     assert!(says(&studio, "Kein Medizinprodukt. Nur für Lehre, Forschung und Illustration."));
-    let light = mean_of(&screenshot(&mut studio, "04-welcome-german"), egui::Rect::EVERYTHING);
+    let light = screenshot(&mut studio, "04-welcome-german").mean(egui::Rect::EVERYTHING);
     assert!(light > dark + 100.0, "{light} {dark}");
 }
 

@@ -226,11 +226,12 @@ fn the_view_goes_to_the_clipboard() {
     let asked = commands(&studio);
     assert!(asked.iter().any(|command| matches!(command, ViewportCommand::Screenshot(_))), "{asked:?}");
     // What the desktop answers: the window, in which the slice is.
-    let (width, height, rgba) = screenshot(&mut studio, "31-copied");
-    let image = ColorImage::from_rgba_unmultiplied([width as usize, height as usize], &rgba);
+    let seen = screenshot(&mut studio, "31-copied");
+    let image = ColorImage::from_rgba_unmultiplied(seen.size.map(|n| n as usize), &seen.rgba);
     let (viewport_id, user_data) = (ViewportId::ROOT, Default::default());
     let wanted = view(&studio, "Axial");
-    let corner = image.pixels[wanted.min.y as usize * width as usize + wanted.min.x as usize];
+    let [red, green, blue, _] = seen.color(wanted.min);
+    let corner = Color32::from_rgb(red, green, blue);
     studio.input_mut().events.push(egui::Event::Screenshot {
         viewport_id,
         user_data,

@@ -42,6 +42,11 @@ const PATIENT: &str = "Doe^Jane";
 
 type Studio = Harness<'static, App>;
 
+/// Where pictures of each step are kept.
+fn pictures_folder() -> Option<PathBuf> {
+    std::env::var_os("LUMIVOX_SCREENSHOTS").map(PathBuf::from)
+}
+
 /// What file dialogs say in tests.
 #[derive(Clone, Default)]
 struct Answers {
@@ -101,8 +106,9 @@ fn launch_with(drawer: Box<dyn Drawer>, makes_tiles: bool) -> (Studio, Answers) 
         .build_eframe(move |context| App::new(context, launch));
     if let Some(live) = studio.state_mut().live_mut() {
         live.set_samples(4);
-        // A processor traces: pictures of few pixels say the same, and rest soon.
+        // A processor traces: films of few pixels say the same, in pictures of few where nobody looks at them.
         *live.viewport_mut().pace_mut() = Pace { moving: 20.0, resting: 40.0, most_pixels: 1 << 12 };
+        live.set_most_pixels(if pictures_folder().is_some() { u32::MAX } else { 1 << 15 });
     }
     studio.step();
     (studio, answers)
@@ -216,18 +222,51 @@ fn head(folder: &Path, size: usize) -> PathBuf {
     scan
 }
 
+/// The window as it is seen.
+struct Seen {
+    size: [u32; 2],
+    rgba: Vec<u8>,
+}
+
+impl Seen {
+    /// The colour at a place of the window.
+    fn color(&self, at: Pos2) -> [u8; 4] {
+        let place = 4 * (at.y as usize * self.size[0] as usize + at.x as usize);
+        self.rgba[place..place + 4].try_into().unwrap()
+    }
+
+    /// How bright a part of the window is on the whole, 0 to 255.
+    fn mean(&self, part: egui::Rect) -> f64 {
+        let pixels = |low: f32, high: f32, size: u32| {
+            let [low, high] = [low, high].map(|n| n.clamp(0.0, size as f32) as usize);
+            low..high
+        };
+        let [width, height] = self.size;
+        let columns = pixels(part.min.x, part.max.x, width);
+        let (mut sum, mut count) = (0.0, 0.0);
+        for y in pixels(part.min.y, part.max.y, height) {
+            for x in columns.clone() {
+                let place = 4 * (y * width as usize + x);
+                sum += self.rgba[place..place + 3].iter().map(|c| f64::from(*c)).sum::<f64>() / 3.0;
+                count += 1.0;
+            }
+        }
+        sum / f64::max(count, 1.0)
+    }
+}
+
 /// The window as it is seen; kept where somebody wants to look.
-fn screenshot(studio: &mut Studio, name: &str) -> (u32, u32, Vec<u8>) {
+fn screenshot(studio: &mut Studio, name: &str) -> Seen {
     let state = studio.state_mut().live_mut().unwrap().render_state().clone();
     let (width, height, rgba) = renderer::draw(&state, &studio.ctx, studio.output());
-    if let Some(folder) = std::env::var_os("LUMIVOX_SCREENSHOTS") {
+    if let Some(folder) = pictures_folder() {
         std::fs::create_dir_all(&folder).unwrap();
-        let file = std::fs::File::create(PathBuf::from(folder).join(name).with_extension("png")).unwrap();
+        let file = std::fs::File::create(folder.join(name).with_extension("png")).unwrap();
         let mut encoder = png::Encoder::new(file, width, height);
         encoder.set_color(png::ColorType::Rgba);
         encoder.write_header().unwrap().write_image_data(&rgba).unwrap();
     }
-    (width, height, rgba)
+    Seen { size: [width, height], rgba }
 }
 
 /// Everything that can be read in the window.
@@ -250,22 +289,6 @@ fn click(studio: &mut Studio, label: &str) {
     node.click();
     // Down, up, what is asked for, what comes of it.
     studio.run_steps(4);
-}
-
-/// A picture's pixels within a part of the window, as fractions of it.
-fn mean_of((width, height, rgba): &(u32, u32, Vec<u8>), rect: egui::Rect) -> f64 {
-    let [left, right] = [rect.min.x, rect.max.x].map(|x| (x.max(0.0) as u32).min(*width));
-    let [top, bottom] = [rect.min.y, rect.max.y].map(|y| (y.max(0.0) as u32).min(*height));
-    let mut sum = 0.0;
-    let mut count = 0.0;
-    for y in top..bottom {
-        for x in left..right {
-            let at = 4 * (y * width + x) as usize;
-            sum += rgba[at..at + 3].iter().map(|c| f64::from(*c)).sum::<f64>() / 3.0;
-            count += 1.0;
-        }
-    }
-    sum / f64::max(count, 1.0)
 }
 
 /// Where `name` of the shared scans is; `None` where they are absent, of which one line is said.

@@ -31,13 +31,9 @@ fn a_dropped_folder_becomes_a_picture_of_the_patient() {
     // All four views show something, on black.
     let names = ["3D", "Axial", "Coronal", "Sagittal"];
     for name in names {
-        let rect = studio
-            .get_all_by_label(name)
-            .map(|node| node.rect())
-            .max_by(|a, b| a.area().total_cmp(&b.area()));
-        let rect = rect.unwrap();
+        let rect = view(&studio, name);
         let middle = egui::Rect::from_center_size(rect.center(), rect.size() * 0.3);
-        assert!(mean_of(&seen, middle) > 25.0, "{name}: {}", mean_of(&seen, middle));
+        assert!(seen.mean(middle) > 25.0, "{name}: {}", seen.mean(middle));
     }
     // The series has a picture, and every look a tile.
     assert_eq!((state.strip.series.len(), state.strip.thumbnails.len()), (1, 1));

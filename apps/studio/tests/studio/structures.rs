@@ -70,12 +70,10 @@ fn structures_are_found_and_opened_and_each_has_eye_colour_and_size() {
     assert_eq!(labels(studio).unwrap().labels()[0].name, "Tumour");
     let said = if ml < 10.0 { format!("{ml:.1} ml") } else { format!("{ml:.0} ml") };
     assert!(says(studio, &said), "{said}: {:?}", texts(studio));
-    let axial = studio.get_all_by_label("Axial").map(|node| node.rect());
-    let axial = axial.max_by(|a, b| a.area().total_cmp(&b.area())).unwrap();
-    let middle = egui::Rect::from_center_size(axial.center() + egui::vec2(8.0, 8.0), egui::vec2(4.0, 4.0));
-    let redness = |(width, _, rgba): &(u32, u32, Vec<u8>)| {
-        let at = 4 * (middle.center().y as usize * *width as usize + middle.center().x as usize);
-        i32::from(rgba[at]) - i32::from(rgba[at + 2])
+    let middle = view(studio, "Axial").center() + egui::vec2(8.0, 8.0);
+    let redness = |seen: &Seen| {
+        let [red, _, blue, _] = seen.color(middle).map(i32::from);
+        red - blue
     };
     let tinted = redness(&screenshot(studio, "26-segmentation"));
     assert!(tinted > 40, "{tinted}");
