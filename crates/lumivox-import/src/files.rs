@@ -6,6 +6,7 @@ use std::{
     ffi::OsString,
     fs,
     io::{self, Cursor, Read, Seek, SeekFrom},
+    ops::Bound,
     path::{Component, Path, PathBuf},
     sync::{Arc, Mutex, OnceLock, PoisonError},
 };
@@ -56,9 +57,79 @@ pub fn set_files(files: Box<dyn Files>) -> Result<(), Box<dyn Files>> {
     FILES.set(files)
 }
 
+/// What lies at paths, in order: what [`Files`] that are not the system's look up. Paths are compared without detours.
+#[derive(Clone, Debug)]
+pub struct ByPath<T>(BTreeMap<PathBuf, T>);
+
+impl<T> ByPath<T> {
+    /// Nothing yet.
+    pub const fn new() -> Self {
+        Self(BTreeMap::new())
+    }
+
+    /// Puts a file there; one of that path goes.
+    pub fn put(&mut self, path: &Path, file: T) {
+        self.0.insert(plain(path), file);
+    }
+
+    /// All of them go.
+    pub fn clear(&mut self) {
+        self.0.clear();
+    }
+
+    /// The file that is there.
+    ///
+    /// # Errors
+    /// [`io::ErrorKind::NotFound`] where none is.
+    pub fn get(&self, path: &Path) -> io::Result<&T> {
+        self.0.get(&plain(path)).ok_or(io::ErrorKind::NotFound.into())
+    }
+
+    /// What is there; `length` says of how many bytes a file is.
+    ///
+    /// # Errors
+    /// [`io::ErrorKind::NotFound`] where nothing is.
+    pub fn kind(&self, path: &Path, length: impl FnOnce(&T) -> u64) -> io::Result<FileKind> {
+        let path = plain(path);
+        match self.0.get(&path) {
+            Some(file) => Ok(FileKind::File(length(file))),
+            None if self.within(&path).next().is_some() => Ok(FileKind::Folder),
+            None => Err(io::ErrorKind::NotFound.into()),
+        }
+    }
+
+    /// The names of what lies in a folder, not of what lies in folders in it.
+    ///
+    /// # Errors
+    /// [`io::ErrorKind::NotFound`] where there is none.
+    pub fn names(&self, folder: &Path) -> io::Result<Vec<OsString>> {
+        let folder = plain(folder);
+        let below =
+            |file: &Path| Some(file.strip_prefix(&folder).ok()?.components().next()?.as_os_str().into());
+        let mut names: Vec<OsString> = self.within(&folder).filter_map(below).collect();
+        names.dedup();
+        if names.is_empty() { Err(io::ErrorKind::NotFound.into()) } else { Ok(names) }
+    }
+
+    /// The paths that begin with this one: in order they are one after the other.
+    fn within<'a>(&'a self, path: &'a Path) -> impl Iterator<Item = &'a Path> {
+        let from = (Bound::Included(path), Bound::Unbounded);
+        self.0
+            .range::<Path, _>(from)
+            .map(|(file, _)| file.as_path())
+            .take_while(move |file| file.starts_with(path))
+    }
+}
+
+impl<T> Default for ByPath<T> {
+    fn default() -> Self {
+        Self::new()
+    }
+}
+
 /// Files in memory.
 #[derive(Clone, Debug, Default)]
-pub struct MemoryFiles(Arc<Mutex<BTreeMap<PathBuf, Arc<[u8]>>>>);
+pub struct MemoryFiles(Arc<Mutex<ByPath<Arc<[u8]>>>>);
 
 impl MemoryFiles {
     /// None yet.
@@ -68,46 +139,35 @@ impl MemoryFiles {
 
     /// Puts a file there; one of that name goes.
     pub fn put(&self, path: impl AsRef<Path>, bytes: impl Into<Arc<[u8]>>) {
-        self.locked(|files| files.insert(plain(path.as_ref()), bytes.into()));
+        self.locked(|files| files.put(path.as_ref(), bytes.into()));
     }
 
     /// All of them go.
     pub fn clear(&self) {
-        self.locked(BTreeMap::clear);
+        self.locked(ByPath::clear);
     }
 
-    fn locked<T>(&self, work: impl FnOnce(&mut BTreeMap<PathBuf, Arc<[u8]>>) -> T) -> T {
+    fn locked<T>(&self, work: impl FnOnce(&mut ByPath<Arc<[u8]>>) -> T) -> T {
         work(&mut self.0.lock().unwrap_or_else(PoisonError::into_inner))
     }
 }
 
 impl Files for MemoryFiles {
     fn kind(&self, path: &Path) -> io::Result<FileKind> {
-        let path = plain(path);
-        self.locked(|files| match files.get(&path) {
-            Some(bytes) => Ok(FileKind::File(bytes.len() as u64)),
-            None if files.keys().any(|file| file.starts_with(&path)) => Ok(FileKind::Folder),
-            None => Err(io::ErrorKind::NotFound.into()),
-        })
+        self.locked(|files| files.kind(path, |bytes| bytes.len() as u64))
     }
 
     fn open(&self, path: &Path) -> io::Result<Box<dyn Content>> {
-        let bytes = self.locked(|files| files.get(&plain(path)).cloned());
-        bytes.map(|bytes| Box::new(Cursor::new(bytes)) as _).ok_or(io::ErrorKind::NotFound.into())
+        self.locked(|files| Ok(Box::new(Cursor::new(files.get(path)?.clone())) as _))
     }
 
     fn names(&self, folder: &Path) -> io::Result<Vec<OsString>> {
-        let folder = plain(folder);
-        let below =
-            |file: &PathBuf| Some(file.strip_prefix(&folder).ok()?.components().next()?.as_os_str().into());
-        let mut names: Vec<OsString> = self.locked(|files| files.keys().filter_map(below).collect());
-        names.dedup();
-        if names.is_empty() { Err(io::ErrorKind::NotFound.into()) } else { Ok(names) }
+        self.locked(|files| files.names(folder))
     }
 }
 
 /// A path without detours.
-pub(crate) fn plain(path: &Path) -> PathBuf {
+fn plain(path: &Path) -> PathBuf {
     let mut plain = PathBuf::new();
     for part in path.components() {
         match part {
