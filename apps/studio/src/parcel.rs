@@ -63,13 +63,16 @@ pub struct OpenedWords {
 #[derive(Serialize, Deserialize)]
 pub struct SceneWords {
     document: String,
+    /// Each once, however many volumes share them.
+    labels: Vec<LabelWords>,
     parts: Vec<PartWords>,
 }
 
 #[derive(Serialize, Deserialize)]
 struct PartWords {
     volume: usize,
-    labels: Option<LabelWords>,
+    /// By their place in the scene's list.
+    labels: Option<usize>,
     peel: Option<(usize, f64)>,
 }
 
@@ -134,13 +137,21 @@ impl Packer {
         if let EnvironmentSource::Map(map) = &scene.environment.source {
             self.map = Some(map.clone());
         }
+        let mut labels: Vec<&Arc<LabelVolume>> = vec![];
+        let mut place = |own| {
+            labels.iter().position(|known| Arc::ptr_eq(known, own)).unwrap_or_else(|| {
+                labels.push(own);
+                labels.len() - 1
+            })
+        };
         let parts = scene.volumes.iter().map(|instance| PartWords {
             volume: self.volume(&instance.volume),
-            labels: instance.labels.as_ref().map(|labelling| self.labels(&labelling.labels)),
+            labels: instance.labels.as_ref().map(|labelling| place(&labelling.labels)),
             peel: instance.peel.as_ref().map(|peel| (self.volume(&peel.depth), peel.mm)),
         });
         let parts = parts.collect();
-        Ok(SceneWords { document: document.to_json().map_err(|error| error.to_string())?, parts })
+        let labels = labels.into_iter().map(|own| self.labels(own)).collect();
+        Ok(SceneWords { document: document.to_json().map_err(|error| error.to_string())?, labels, parts })
     }
 
     fn labels(&mut self, labels: &LabelVolume) -> LabelWords {
@@ -269,13 +280,16 @@ impl<'a> Unpacker<'a> {
     /// Where it is none.
     pub fn scene(&mut self, words: SceneWords) -> Result<(SceneDocument, Scene), String> {
         let document = SceneDocument::parse_described(&words.document).map_err(|error| lost(error.why))?;
+        let labels = words.labels.into_iter().map(|words| self.labels(words));
+        let all = labels.collect::<Result<Vec<_>, String>>()?;
         let mut parts = vec![];
         for part in words.parts {
             let peel = match part.peel {
                 Some((depth, mm)) => Some(Peel { depth: self.volume(depth)?, mm }),
                 None => None,
             };
-            let labels = part.labels.map(|labels| self.labels(labels)).transpose()?;
+            let labels = part.labels.map(|place| all.get(place).ok_or_else(|| lost("labels are not there")));
+            let labels = labels.transpose()?.cloned();
             parts.push(Part { volume: self.volume(part.volume)?, labels, peel });
         }
         let scene = lumivox_scene::assemble(&document, parts, self.map()?).map_err(lost)?;

@@ -72,6 +72,25 @@ fn a_scene_arrives_as_it_was_sent() {
 }
 
 #[test]
+fn what_two_volumes_share_is_sent_once_and_shared_again() {
+    let (mut document, mut scene) = peeled_head();
+    document.volumes.push(document.volumes[0].clone());
+    scene.volumes.push(scene.volumes[0].clone());
+    let mut packer = Packer::default();
+    let words = packer.scene(&document, &scene).unwrap();
+    // The scan, its labels, how deep it lies, and the map.
+    assert_eq!(packer.bytes().count(), 4);
+    let letter = packer.letter(words);
+    let bytes = Arrived(packer.bytes().map(<[u8]>::to_vec).collect());
+    let (words, mut with) = Unpacker::open::<SceneWords>(&letter, &bytes).unwrap();
+    let arrived = with.scene(words).unwrap().1.volumes;
+    let [one, other] = [0, 1].map(|place| &arrived[place]);
+    assert!(Arc::ptr_eq(&one.volume, &other.volume));
+    let [one, other] = [one, other].map(|instance| &instance.labels.as_ref().unwrap().labels);
+    assert!(Arc::ptr_eq(one, other));
+}
+
+#[test]
 fn what_is_no_letter_is_said_and_breaks_nothing() {
     let bytes = Arrived(vec![]);
     assert!(Unpacker::open::<Errand>("{}", &bytes).is_err());
