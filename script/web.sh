@@ -62,9 +62,23 @@ RUN
 # What browsers that have WebGPU have, too, and the compiler uses.
 WASM_FEATURES="--enable-bulk-memory --enable-nontrapping-float-to-int --enable-sign-ext --enable-mutable-globals --enable-multivalue --enable-reference-types"
 
-# Writes the page to the folder $1, which it empties before. By a shell of its own: the compiler for browsers is none for what runs here.
+# Refuses a folder $1 that holds something else than such a page.
+need_page_folder() {
+    # That file is made, and in no folder of the sources.
+    [ ! -e "$1" ] || [ -e "$1/lumivox_studio_bg.wasm" ] || { [ -d "$1" ] && [ -z "$(ls -A "$1")" ]; } ||
+        die "$1 holds something else; name another folder."
+}
+
+# What a version is known by: the hash of what is read.
+fingerprint() {
+    if command -v sha256sum >/dev/null 2>&1; then sha256sum; else shasum -a 256; fi | cut -c 1-16
+}
+
+# Writes the page to the folder $1, in place of an older one once it is whole. By a shell of its own: the compiler for browsers is none for what runs here.
 make_page() (
-    local out=$1 target module version
+    # Nothing is left to `set -e`, which nothing heeds where the caller looks at the outcome.
+    out=$1
+    need_page_folder "$out"
     target=$(target_folder)
     need_wasm_rust
     need_web_tools
@@ -72,22 +86,22 @@ make_page() (
     CARGO_TARGET_WASM32_UNKNOWN_UNKNOWN_LINKER=$WEB_TOOLS/wasm-ld CARGO_PROFILE_RELEASE_DEBUG=false \
         "${CARGO:-cargo}" rustc ${CI:+--locked} --release --quiet --target "$WASM_TARGET" --target-dir "$target/wasm" \
         --package lumivox-studio --lib --crate-type cdylib </dev/null || die "The Studio does not compile for $WASM_TARGET, see above."
-    [ ! -e "$out" ] || [ -e "$out/studio.js" ] || [ -z "$(ls -A "$out")" ] ||
-        die "The folder $out holds something else; name another."
-    rm -rf "$out"
-    mkdir -p "$out"
-    "$WEB_TOOLS/wasm-bindgen" --target web --no-typescript --out-dir "$out" --out-name lumivox_studio \
+    new=$(mktemp -d "$target/studio-web.XXXXXX") || die "No folder can be made in $target."
+    trap 'rm -rf "$new"' EXIT
+    "$WEB_TOOLS/wasm-bindgen" --target web --no-typescript --out-dir "$new" --out-name lumivox_studio \
         "$target/wasm/$WASM_TARGET/release/lumivox_studio.wasm" || die "wasm-bindgen fails, see above."
-    module=$out/lumivox_studio_bg.wasm
+    module=$new/lumivox_studio_bg.wasm
     # Unquoted on purpose: a list of words.
     # shellcheck disable=SC2086
     "$WEB_TOOLS/wasm-opt" -O2 $WASM_FEATURES "$module" -o "$module.small" || die "wasm-opt fails, see above."
-    mv "$module.small" "$module"
-    cp apps/studio/web/* "$out"
+    mv "$module.small" "$module" && cp apps/studio/web/* "$new" || die "The page cannot be put together in $new."
     # Another version is another cache.
-    version=$(cat "$out"/* | sha256sum | cut -c 1-16)
-    sed -i "s/VERSION/$version/" "$out/offline.js"
-    say "The page is in $out: $(gzip -9 -c "$module" | wc -c | awk '{ printf "%.1f MB", $1 / 1e6 }') as browsers fetch its program"
+    version=$(cat "$new"/* | fingerprint) && sed "s/VERSION/$version/" apps/studio/web/offline.js >"$new/offline.js" ||
+        die "The page cannot be put together in $new."
+    # The folder itself stays: a server may look at it.
+    need_page_folder "$out"
+    mkdir -p "$out" && rm -rf "${out:?}"/* && mv "$new"/* "$out" || die "The page cannot be put into $out."
+    say "The page is in $out: $(gzip -9 -c "$out/lumivox_studio_bg.wasm" | wc -c | awk '{ printf "%.1f MB", $1 / 1e6 }') as browsers fetch its program"
 )
 
 # Prints a Chromium: the one that is named, the system's, or a private one from Debian of this system's own release.
@@ -130,11 +144,14 @@ RUN
 
 # Tries the page in the folder $1 in a browser; pictures go to $2.
 test_page() {
-    local chromium scan
+    local chromium scan lumivox
     chromium=$(find_chromium) || die "There is no Chromium. Install one, or name one:
     LUMIVOX_CHROMIUM=PROGRAM $0 --web --test"
     scan=$(mktemp -d)
-    "${CARGO:-cargo}" run --release --quiet --package lumivox -- phantom head --size 32 --out "$scan/head" </dev/null >"$scan/log" 2>&1 ||
+    # By the program that there is already, where there is one.
+    lumivox=("${CARGO:-cargo}" run --release --quiet --package lumivox --)
+    [ -z "${LUMIVOX_COMMAND:-}" ] || lumivox=("$LUMIVOX_COMMAND")
+    "${lumivox[@]}" phantom head --size 32 --out "$scan/head" </dev/null >"$scan/log" 2>&1 ||
         { cat "$scan/log" >&2; rm -rf "$scan"; die "The phantom could not be made, see above."; }
     if xtask web test "$1" "$chromium" "$scan/head" "$2"; then
         rm -rf "$scan"
