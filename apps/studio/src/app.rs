@@ -330,6 +330,9 @@ impl App {
                         .map_or(String::new(), |word| format!(". {}", word.of(self.state.settings.language)));
                     self.state.done = Some(format!("{}: {name}{note}", self.state.say(Word::Saved)));
                 }
+                Exported::Turned { steps, is_reduced, has_film } => {
+                    self.state.done = Some(keeping::turned(&self.state, file, steps, is_reduced, has_film));
+                }
                 Exported::Failed(why) => self.state.failed = Some((Word::CannotSave, why)),
             }
         }
@@ -374,7 +377,7 @@ impl App {
                 }
             }
             (Ask::SavePicture(_), Some(file)) => self.export_to(with_extension(file, &["png"])),
-            (Ask::SaveTurn(_, steps), Some(file)) => self.turn_to(with_extension(file, &["png"]), steps),
+            (Ask::SaveTurn(_, steps), Some(file)) => self.ask_to_turn(with_extension(file, &["png"]), steps),
             (Ask::SaveTable(_), Some(file)) => self.save_table(&with_extension(file, &["csv"])),
             _ => {}
         }
@@ -432,6 +435,7 @@ impl App {
             Action::Settings(settings) => self.keep(settings),
             Action::Copy => context.send_viewport_cmd(ViewportCommand::Screenshot(Default::default())),
             Action::Restore(restores) => self.restore(restores),
+            Action::Turn(file, steps) => self.turn_to(file, steps),
             Action::Close => self.leave(),
             Action::SaveAndClose => {
                 match &self.asking {

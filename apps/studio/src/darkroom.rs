@@ -1,7 +1,7 @@
 //! Stills beside the interface: looks as tiles of this scan, and pictures for files. On a device of its own, so that the view goes on.
 
 use std::ops::ControlFlow;
-use std::path::Path;
+use std::path::{Path, PathBuf};
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 
 use lumivox_core::document::{Backdrop, SceneDocument, View};
@@ -217,8 +217,28 @@ pub const DEFAULT_SAMPLES: u32 = 512;
 pub enum Exported {
     /// It is written; something may be worth telling.
     Written(Option<Word>),
+    /// The pictures of a turn are.
+    Turned {
+        /// How many.
+        steps: u32,
+        /// Whether they are of a coarser scan.
+        is_reduced: bool,
+        /// Whether there is a film of them.
+        has_film: bool,
+    },
     /// Why it is not.
     Failed(String),
+}
+
+/// The file of a turn's step: `head-007.png` of `head.png`.
+pub fn step_file(file: &Path, step: u32) -> PathBuf {
+    let stem = file.file_stem().unwrap_or_default().to_string_lossy();
+    file.with_file_name(format!("{stem}-{step:03}.png"))
+}
+
+/// The file of a turn's film.
+pub fn film_file(file: &Path) -> PathBuf {
+    file.with_extension("mp4")
 }
 
 /// Renders a picture and writes it: whole, or not at all.

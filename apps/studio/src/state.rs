@@ -172,6 +172,8 @@ pub enum Action {
     Copy,
     /// Unsaved work of another run is opened, or thrown away.
     Restore(bool),
+    /// A turn in so many pictures of that name, whatever is there.
+    Turn(PathBuf, u32),
     /// The window is closed, whatever is unsaved.
     Close,
     /// The scene is saved, and then the window closed.
@@ -243,6 +245,15 @@ pub enum Dialog {
     Export(ExportDraft),
     /// Another run left unsaved work: this file.
     Restore(PathBuf),
+    /// The pictures of a turn would replace files.
+    Overwrite {
+        /// The name that they were given.
+        file: PathBuf,
+        /// How many they are.
+        steps: u32,
+        /// Files that are there.
+        there: String,
+    },
     /// The window is to be closed, and something is unsaved; or another scan `opens` in its place.
     Leave {
         /// Whether that is what is to come.

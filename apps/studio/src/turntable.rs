@@ -1,24 +1,18 @@
 //! A turn around the scan: a PNG for each step, and a film of them where ffmpeg is there.
 
 use std::ops::ControlFlow;
-use std::path::{Path, PathBuf};
+use std::path::Path;
 use std::process::{Command, Stdio};
 
 use lumivox_core::document::SceneDocument;
 use lumivox_core::{Orbit, Scene};
 
-use crate::darkroom::{Darkroom, Exported, develop, keep};
+use crate::darkroom::{Darkroom, Exported, develop, film_file, keep, step_file};
 use crate::jobs::{Busy, Desk};
 use crate::words::{Language, Word};
 
 /// Pictures a second of the film.
 const RATE: u32 = 24;
-
-/// The file of a step: `head-007.png` of `head.png`.
-fn step_file(file: &Path, step: u32) -> PathBuf {
-    let stem = file.file_stem().unwrap_or_default().to_string_lossy();
-    file.with_file_name(format!("{stem}-{step:03}.png"))
-}
 
 /// Renders a whole turn in so many pictures, from where the camera stands.
 pub fn turntable(
@@ -50,30 +44,41 @@ pub fn turntable(
             return desk.tell(Exported::Failed(why));
         }
     }
-    let is_film = film(file);
-    desk.tell(Exported::Written(match (is_reduced, is_film) {
-        (true, _) => Some(Word::Reduced),
-        (false, true) => None,
-        (false, false) => Some(Word::NoFilm),
-    }));
+    let has_film = film(file, steps).status().is_ok_and(|status| status.success());
+    desk.tell(Exported::Turned { steps, is_reduced, has_film });
 }
 
-/// Makes a film of the pictures; false where there is no ffmpeg, or it cannot.
-fn film(file: &Path) -> bool {
+/// What makes a film of so many pictures, and of no older ones beside them.
+fn film(file: &Path, steps: u32) -> Command {
     let stem = file.file_stem().unwrap_or_default().to_string_lossy();
     // A percent sign of a name is not one of the pattern.
     let pattern = file.with_file_name(format!("{}-%03d.png", stem.replace('%', "%%")));
-    let rate = RATE.to_string();
+    let [rate, steps] = [RATE, steps].map(|n| n.to_string());
     let says = format!("comment={}", Word::NoDevice.of(Language::English));
-    let film = Command::new("ffmpeg")
-        .args(["-nostdin", "-y", "-loglevel", "error", "-framerate", &rate, "-i"])
+    let mut film = Command::new("ffmpeg");
+    film.args(["-nostdin", "-y", "-loglevel", "error", "-framerate", &rate, "-start_number", "0", "-i"])
         .arg(pattern)
+        .args(["-frames:v", &steps])
         // Films of this kind have sides of even numbers.
         .args(["-vf", "scale=trunc(iw/2)*2:trunc(ih/2)*2", "-pix_fmt", "yuv420p", "-metadata", &says])
-        .arg(file.with_extension("mp4"))
+        .arg(film_file(file))
         .stdin(Stdio::null())
         .stdout(Stdio::null())
-        .stderr(Stdio::null())
-        .status();
-    film.is_ok_and(|status| status.success())
+        .stderr(Stdio::null());
+    film
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_film_is_of_its_own_pictures_alone() {
+        let command = film(Path::new("/scans/100%.png"), 36);
+        let told: Vec<_> = command.get_args().map(|arg| arg.to_string_lossy()).collect();
+        let after = |name: &str| &told[told.iter().position(|arg| arg == name).unwrap() + 1];
+        assert_eq!((after("-start_number").as_ref(), after("-frames:v").as_ref()), ("0", "36"));
+        assert_eq!(Path::new(after("-i").as_ref()), Path::new("/scans/100%%-%03d.png"));
+        assert_eq!(Path::new(told[told.len() - 1].as_ref()), Path::new("/scans/100%.mp4"));
+    }
 }

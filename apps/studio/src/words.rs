@@ -188,7 +188,9 @@ words! {
     Turntable: "Turn around the scan" / "Um den Scan drehen";
     TurntableHint: "One file for each; with ffmpeg also a film" / "Je eine Datei; mit ffmpeg auch ein Film";
     Pictures: "pictures" / "Bilder";
-    NoFilm: "No film: ffmpeg is not there." / "Kein Film: ffmpeg fehlt.";
+    NoFilm: "No film: ffmpeg is not there, or failed." / "Kein Film: ffmpeg fehlt, oder es scheiterte.";
+    Overwrite: "Replace these files?" / "Diese Dateien ersetzen?";
+    OverwriteIt: "Replace them" / "Ersetzen";
     CopyView: "Copy view" / "Ansicht kopieren";
     Copied: "Copied to the clipboard" / "In die Zwischenablage kopiert";
     Restore: "Unsaved work" / "Ungesicherte Arbeit";

@@ -6,14 +6,53 @@ use std::time::Duration;
 use eframe::egui::{self, ViewportCommand};
 
 use super::{App, Closing};
+use crate::darkroom::{film_file, step_file};
 use crate::opening::Source;
 use crate::rescue::{EVERY_SECONDS, Rescue};
 use crate::session::Session;
-use crate::state::Dialog;
+use crate::state::{Dialog, State};
 use crate::words::Word;
 use crate::{errands, files, measuring};
 
+/// Names of files, as far as a dialog has room for them.
+fn names(files: &[PathBuf]) -> String {
+    const MOST: usize = 4;
+    let all: Vec<_> =
+        files.iter().map(|file| file.file_name().unwrap_or_default().to_string_lossy()).collect();
+    match &all[..] {
+        [first, .., last] if all.len() > MOST => format!("{first} \u{2026} {last} ({})", all.len()),
+        _ => all.join(", "),
+    }
+}
+
+/// What is said of a turn that is written.
+pub(super) fn turned(state: &State, file: &Path, steps: u32, is_reduced: bool, has_film: bool) -> String {
+    let pictures: Vec<PathBuf> = (0..steps).map(|step| step_file(file, step)).collect();
+    let mut said = format!("{}: {}", state.say(Word::Saved), names(&pictures));
+    if has_film {
+        said += &format!(", {}", names(&[film_file(file)]));
+    }
+    for word in
+        [is_reduced.then_some(Word::Reduced), (!has_film).then_some(Word::NoFilm)].into_iter().flatten()
+    {
+        said += &format!(". {}", state.say(word));
+    }
+    said
+}
+
 impl App {
+    /// A turn, once it is asked whether its files replace others.
+    pub(super) fn ask_to_turn(&mut self, file: PathBuf, steps: u32) {
+        let files = (0..steps).map(|step| step_file(&file, step)).chain([film_file(&file)]);
+        let there: Vec<PathBuf> = files.filter(|file| file.exists()).collect();
+        if there.is_empty() {
+            self.turn_to(file, steps);
+        } else {
+            let there = names(&there);
+            self.state.dialog = Some(Dialog::Overwrite { file, steps, there });
+        }
+    }
+
     pub(super) fn turn_to(&mut self, file: PathBuf, steps: u32) {
         let Some(session) = &self.state.session else { return };
         self.tiling = None;

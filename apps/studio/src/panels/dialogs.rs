@@ -1,5 +1,7 @@
 //! What lies over everything: the notice at first start, About, pictures for files, what went wrong.
 
+use std::path::PathBuf;
+
 use eframe::egui::{self, Align, DragValue, Id, Key, Margin, Modal, RichText, Ui};
 
 use crate::errands;
@@ -22,6 +24,9 @@ pub fn show(context: &egui::Context, state: &mut State) {
             Some(Dialog::About) => about(context, state),
             Some(Dialog::Export(draft)) => export(context, state, draft),
             Some(Dialog::Restore(_)) => restore(context, state),
+            Some(Dialog::Overwrite { file, steps, there }) => {
+                overwrite(context, state, (file, steps), &there)
+            }
             Some(Dialog::Leave { opens }) => leave(context, state, opens),
             None => {}
         }
@@ -141,6 +146,25 @@ fn restore(context: &egui::Context, state: &mut State) {
     if restores || discards {
         state.dialog = None;
         state.act(Action::Restore(restores));
+    }
+}
+
+/// Asks before the pictures of a turn replace files: the file dialog asked for the one name alone.
+fn overwrite(context: &egui::Context, state: &mut State, (file, steps): (PathBuf, u32), there: &str) {
+    let p = palette(state.settings.is_dark);
+    let ([replaces, cancels], leaves) = modal(context, state, 460.0, |ui| {
+        heading(ui, state.say(Word::Overwrite));
+        ui.add(egui::Label::new(there).wrap());
+        buttons(ui, |ui| {
+            let replaces = ui.add(primary(&p, state.say(Word::OverwriteIt))).clicked();
+            [replaces, ui.button(state.say(Word::Cancel)).clicked()]
+        })
+    });
+    if replaces || cancels || leaves {
+        state.dialog = None;
+    }
+    if replaces {
+        state.act(Action::Turn(file, steps));
     }
 }
 

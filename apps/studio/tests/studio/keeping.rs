@@ -276,11 +276,24 @@ fn a_turn_is_a_picture_for_each_step_and_a_film_where_ffmpeg_is() {
     assert!(text.contains("Not a medical device"));
     let has_ffmpeg = Command::new("ffmpeg").arg("-version").output().is_ok_and(|told| told.status.success());
     assert_eq!(folder.path().join("turn.mp4").exists(), has_ffmpeg);
-    assert!(
-        says(&studio, "Saved: turn.png") && says(&studio, "ffmpeg") != has_ffmpeg,
-        "{:?}",
-        texts(&studio)
-    );
+    let said = "Saved: turn-000.png, turn-001.png, turn-002.png, turn-003.png";
+    assert!(says(&studio, said) && says(&studio, "ffmpeg") != has_ffmpeg, "{:?}", texts(&studio));
+    // Another of that name replaces nothing unasked, for the file dialog has asked for a name that no file has.
+    for replaces in [false, true] {
+        click(&mut studio, "Export picture…");
+        studio.state_mut().state.dialog =
+            Some(Dialog::Export(ExportDraft { samples: 3, turn: Some(2), ..small }));
+        studio.step();
+        answers.next(folder.path().join("turn"));
+        click(&mut studio, "Save as PNGs…");
+        settle(&mut studio);
+        assert!(says(&studio, "Replace these files?") && says(&studio, "turn-000.png, turn-001.png"));
+        click(&mut studio, if replaces { "Replace them" } else { "Cancel" });
+        settle(&mut studio);
+        let now = std::fs::read(folder.path().join("turn-001.png")).unwrap();
+        assert_eq!(now != pictures[1], replaces);
+    }
+    assert!(says(&studio, "Saved: turn-000.png, turn-001.png") && !says(&studio, "turn-002.png"));
 }
 
 #[test]
