@@ -37,9 +37,10 @@ pub fn made(kind: MeasurementKind, points: &[DVec3], axes: Axes) -> Option<Measu
     let points = match kind {
         MeasurementKind::Distance | MeasurementKind::Angle => points.to_vec(),
         MeasurementKind::Region => {
-            let center = 0.5 * (points[0] + points[1]);
+            let [right, down, normal] = axes;
             let half = 0.5 * (points[1] - points[0]);
-            let [right, down, _] = axes;
+            // In the slice of the second point, where they lie in two.
+            let center = points[1] - (half - normal * half.dot(normal));
             let ends = [right, down].map(|axis| axis * half.dot(axis).abs());
             if ends.contains(&DVec3::ZERO) {
                 return None;

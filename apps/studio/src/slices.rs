@@ -200,11 +200,9 @@ impl Slab {
     /// Where it is looked at, in mm along the normal: as often as the scan has voxels there.
     fn depths_mm(&self, volume: &Volume, normal: DVec3) -> Vec<f64> {
         let half = self.half_mm();
-        let steps = (2.0 * half / step_mm(volume, normal)).ceil().min(4096.0);
-        if steps < 1.0 {
-            return vec![0.0];
-        }
-        (0..=steps as usize).map(|i| half * (2.0 * i as f64 / steps - 1.0)).collect()
+        // As many before the plane as behind it, which is looked at, too.
+        let steps = (half / step_mm(volume, normal)).ceil().min(2048.0) as i32;
+        (-steps..=steps).map(|i| if i == 0 { 0.0 } else { half * f64::from(i) / f64::from(steps) }).collect()
     }
 
     /// What is seen of the values along a line through it; `None` where none is in the scan.

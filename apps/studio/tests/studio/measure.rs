@@ -3,6 +3,7 @@
 use lumivox_core::document::{Measured, MeasurementKind};
 use lumivox_core::glam::{DAffine3, DVec2, DVec3};
 use lumivox_core::{Modality, Volume, Voxels};
+use lumivox_studio::measuring;
 use lumivox_studio::slices::{Geometry, Plane};
 use lumivox_studio::state::Tool;
 
@@ -58,6 +59,13 @@ fn in_3d(studio: &Studio, voxel: [f64; 3]) -> Pos2 {
     let own = session.camera().world_from_camera.inverse().transform_point3(world);
     let half = (session.camera().vertical_fov / 2.0).tan() * -own.z;
     rect.center() + egui::vec2((own.x / half) as f32, (-own.y / half) as f32) * (rect.height() / 2.0)
+}
+
+#[test]
+fn a_region_over_two_slices_lies_in_the_second() {
+    let corners = [DVec3::new(0.0, 0.0, 3.0), DVec3::new(20.0, 10.0, 9.0)];
+    let region = measuring::made(MeasurementKind::Region, &corners, Plane::Axial.axes()).unwrap();
+    assert_eq!(region.points, [[10.0, 5.0, 9.0], [20.0, 5.0, 9.0], [10.0, 10.0, 9.0]]);
 }
 
 #[test]

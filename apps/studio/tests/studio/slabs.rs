@@ -31,6 +31,9 @@ fn slabs_show_the_largest_the_mean_or_the_smallest_value() {
     assert_eq!(at(Projection::Mean, 8.0, middle), 140.0);
     assert_eq!(at(Projection::Maximum, 4.0, [4.0, 4.0, 4.0]), 900.0);
     assert_eq!(at(Projection::Minimum, 4.0, [6.0, 4.0, 4.0]), 0.0);
+    // The plane itself is always looked at: a slab is never darker than the thin slice.
+    assert_eq!(at(Projection::Maximum, 2.0, [4.0, 4.0, 3.0]), 900.0);
+    assert_eq!(at(Projection::Minimum, 6.0, [6.0, 4.0, 5.0]), 0.0);
     assert_eq!(
         at(Projection::Maximum, 1.0, [4.0, 4.0, 5.0]),
         152.5,
