@@ -1,11 +1,12 @@
 //! A scan that is open: the scene document with its one stack of commands, and the scene that is made of it.
 
+use std::f64::consts::FRAC_PI_2;
 use std::path::Path;
 use std::sync::Arc;
 use std::sync::atomic::{AtomicU64, Ordering};
 
 use lumivox_core::document::{Entry, Keep, SceneDocument, TakenOff, View};
-use lumivox_core::glam::DVec3;
+use lumivox_core::glam::{DMat3, DVec3};
 use lumivox_core::{
     EnvironmentMap, EnvironmentSource, Orbit, PerspectiveCamera, Preset, Scene, Volume, framing,
 };
@@ -208,6 +209,25 @@ impl Session {
     pub fn center(&self) -> DVec3 {
         let of = |it: &lumivox_core::VolumeInstance| it.world_from_box().transform_point3(DVec3::splat(0.5));
         self.scene.volumes.first().map(of).unwrap_or_default()
+    }
+
+    /// The patient's left, back and head in the world, of the first scan.
+    pub fn patient_axes(&self) -> DMat3 {
+        let placed = self.scene.volumes.first().map_or(DMat3::IDENTITY, |it| it.world_from_patient.matrix3);
+        let [x, y, z] = [placed.x_axis, placed.y_axis, placed.z_axis].map(|axis| axis.normalize_or_zero());
+        DMat3::from_cols(x, y, z)
+    }
+
+    /// The azimuth and elevation from which a side of the patient (LPS) is seen, in radians.
+    pub fn angles_of(&self, side: DVec3) -> [f64; 2] {
+        /// Straight from above the vertical has no direction.
+        const STEEP: f64 = FRAC_PI_2 - 0.01;
+        let axes = self.patient_axes();
+        let (out, front) = (axes * side, -axes.y_axis);
+        let elevation = out.y.clamp(-1.0, 1.0).asin();
+        // From above and below the patient lies as from the front.
+        let around = if elevation.abs() > STEEP { front } else { out };
+        [around.x.atan2(around.z), elevation.clamp(-STEEP, STEEP)]
     }
 
     /// An orbit around all that is seen, from these angles in radians.

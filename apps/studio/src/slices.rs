@@ -2,6 +2,7 @@
 
 use eframe::egui::{Color32, ColorImage};
 use lumivox_core::glam::{DVec2, DVec3};
+use lumivox_core::placement::side_letters;
 use lumivox_core::{Modality, Volume};
 use rayon::prelude::*;
 
@@ -51,11 +52,7 @@ pub fn edge_letters([right, down, _]: Axes) -> [String; 4] {
 pub fn direction_letters(direction: DVec3) -> String {
     /// What it runs along less than that, about 15 degrees, is not said.
     const LEAST: f64 = 0.26;
-    let sides = [["R", "L"], ["A", "P"], ["F", "H"]];
-    let mut axes = [0, 1, 2];
-    axes.sort_by(|a, b| direction[*b].abs().total_cmp(&direction[*a].abs()));
-    let said = axes.into_iter().filter(|axis| direction[*axis].abs() > LEAST);
-    said.map(|axis| sides[axis][usize::from(direction[axis] > 0.0)]).collect()
+    side_letters(direction, LEAST)
 }
 
 /// The corners of a scan's box along the patient's axes, in mm.
@@ -135,6 +132,41 @@ impl Geometry {
     pub fn distance_mm(&self, point: DVec3) -> f64 {
         (point - self.center).dot(self.axes[2]).abs()
     }
+}
+
+/// What a part of a scan's box, in fractions along its axes, leaves of a plane: the corners of that in the patient, around. None
+/// where the plane passes by.
+pub fn outline(volume: &Volume, [low, high]: [[f64; 3]; 2], geometry: &Geometry) -> Vec<DVec3> {
+    let [right, down, normal] = geometry.axes;
+    let from_box = volume.patient_from_box();
+    let corner = |i: usize| {
+        let at = [0, 1, 2].map(|axis| if i >> axis & 1 == 1 { high[axis] } else { low[axis] });
+        from_box.transform_point3(DVec3::from_array(at))
+    };
+    let edges = (0..8)
+        .flat_map(|i| (0..3).filter(move |axis| i >> axis & 1 == 0).map(move |axis| (i, i | 1 << axis)));
+    let crossed = edges.filter_map(|(from, to)| {
+        let [from, to] = [corner(from), corner(to)];
+        let [before, behind] = [from, to].map(|point| (point - geometry.center).dot(normal));
+        (before * behind <= 0.0 && before != behind).then(|| from.lerp(to, before / (before - behind)))
+    });
+    let mut points: Vec<DVec3> = crossed.collect();
+    if points.len() < 3 {
+        return vec![];
+    }
+    let middle = points.iter().sum::<DVec3>() / points.len() as f64;
+    let angle = |point: &DVec3| (*point - middle).dot(down).atan2((*point - middle).dot(right));
+    points.sort_by(|a, b| angle(a).total_cmp(&angle(b)));
+    points
+}
+
+/// An ellipse about a point by its half-axes, as a closed line of many points.
+pub fn ellipse(center: DVec3, first: DVec3, second: DVec3) -> impl Iterator<Item = DVec3> {
+    const POINTS: i32 = 48;
+    (0..=POINTS).map(move |i| {
+        let (sin, cos) = (f64::from(i) / f64::from(POINTS) * std::f64::consts::TAU).sin_cos();
+        center + first * cos + second * sin
+    })
 }
 
 /// What becomes black and white: the middle and the width, in the scan's unit.

@@ -66,6 +66,16 @@ pub fn bounds(volume: &Volume) -> [DVec3; 2] {
     corners.fold([DVec3::INFINITY, DVec3::NEG_INFINITY], |[low, high], p| [low.min(p), high.max(p)])
 }
 
+/// Towards which sides of the patient a direction (LPS) runs, in DICOM's letters, the one that it runs along most first: `A`, or
+/// `AR` where it is oblique. Of a side along which no more than `least` of it runs nothing is said.
+pub fn side_letters(direction: DVec3, least: f64) -> String {
+    let sides = [["R", "L"], ["A", "P"], ["F", "H"]];
+    let mut axes = [0, 1, 2];
+    axes.sort_by(|a, b| direction[*b].abs().total_cmp(&direction[*a].abs()));
+    let said = axes.into_iter().filter(|axis| direction[*axis].abs() > least);
+    said.map(|axis| sides[axis][usize::from(direction[axis] > 0.0)]).collect()
+}
+
 #[cfg(test)]
 mod tests {
     use glam::DMat3;
@@ -80,6 +90,15 @@ mod tests {
 
     fn axial() -> Volume {
         scan(DMat3::from_diagonal(DVec3::new(10.0, 20.0, 30.0)))
+    }
+
+    #[test]
+    fn directions_have_dicoms_letters() {
+        assert_eq!(side_letters(DVec3::X, 0.1), "L");
+        assert_eq!(side_letters(DVec3::NEG_Y, 0.1), "A");
+        assert_eq!(side_letters(DVec3::new(0.0, -0.3, -0.95), 0.1), "FA");
+        assert_eq!(side_letters(DVec3::new(0.05, 0.0, 1.0), 0.1), "H");
+        assert_eq!(side_letters(DVec3::new(0.0, -0.3, -0.95), 0.4), "F");
     }
 
     #[test]

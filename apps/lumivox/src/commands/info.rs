@@ -5,8 +5,8 @@ use std::{collections::BTreeMap, fmt::Write, path::PathBuf};
 use lumivox_core::{
     Label, LabelVolume, Preset, ValueStatistics, Volume,
     color::srgb_from_linear,
-    glam::DVec3,
     looks_like_labels,
+    placement::side_letters,
     words::{lengths, number},
 };
 use lumivox_import::{ImportReport, Imported, ImportedLabels};
@@ -79,21 +79,12 @@ struct Known {
     report: ImportReport,
 }
 
-/// Towards which side of the patient a direction runs, in DICOM's letters: `L`, or `LP` where it is oblique.
-fn orientation(direction: DVec3) -> String {
-    const LETTERS: [[char; 2]; 3] = [['L', 'R'], ['P', 'A'], ['H', 'F']];
-    let mut parts: Vec<(f64, char)> = (0..3)
-        .map(|axis| (direction[axis].abs(), LETTERS[axis][usize::from(direction[axis] < 0.0)]))
-        // As PatientOrientation (0020,0020) does: what contributes little is left out. Here, under 6 degrees.
-        .filter(|(size, _)| *size > 0.1)
-        .collect();
-    parts.sort_by(|a, b| b.0.total_cmp(&a.0));
-    parts.into_iter().map(|(_, letter)| letter).collect()
-}
-
+/// Towards which sides of the patient the axes run: `L`, or `LP` where they are oblique.
 fn axes(volume: &Volume) -> [String; 3] {
+    /// As PatientOrientation (0020,0020) does: what contributes little is left out. Here, under 6 degrees.
+    const LEAST: f64 = 0.1;
     let directions = volume.directions();
-    [directions.x_axis, directions.y_axis, directions.z_axis].map(orientation)
+    [directions.x_axis, directions.y_axis, directions.z_axis].map(|axis| side_letters(axis, LEAST))
 }
 
 /// Reasons for leaving files out, with how many. Names of files stay out: hospitals put patients' names there.
@@ -276,14 +267,6 @@ fn to_json(scan: &Known) -> Value {
 #[cfg(test)]
 mod tests {
     use super::*;
-
-    #[test]
-    fn directions_have_dicoms_letters() {
-        assert_eq!(orientation(DVec3::X), "L");
-        assert_eq!(orientation(DVec3::NEG_Y), "A");
-        assert_eq!(orientation(DVec3::new(0.0, -0.3, -0.95)), "FA");
-        assert_eq!(orientation(DVec3::new(0.05, 0.0, 1.0)), "H");
-    }
 
     #[test]
     fn the_histogram_has_bars_and_survives_a_single_value() {

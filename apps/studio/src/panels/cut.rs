@@ -91,19 +91,19 @@ pub fn shapes(state: &State) -> Vec<Shape> {
         .map_or(vec![], |entry: &Entry| entry.clip_shapes.iter().filter(|it| is_own(it)).copied().collect())
 }
 
-/// Changes one of these shapes, adds one beyond the last, or takes one away. All scans of the scene are cut: they lie in one world.
+/// Changes one of these shapes or takes it away, in all scans that it cuts: they lie in one world.
 pub fn put(state: &mut State, what: Word, index: usize, shape: Option<Shape>) {
+    let Some(before) = shapes(state).get(index).copied() else { return };
     state.change(what, |document| {
-        for entry in &mut document.volumes {
-            let places: Vec<usize> =
-                (0..entry.clip_shapes.len()).filter(|place| is_own(&entry.clip_shapes[*place])).collect();
-            match (places.get(index), shape) {
-                (Some(place), Some(shape)) => entry.clip_shapes[*place] = shape,
-                (Some(place), None) => {
-                    entry.clip_shapes.remove(*place);
-                }
-                (None, Some(shape)) => entry.clip_shapes.push(shape),
-                (None, None) => {}
+        for (number, entry) in document.volumes.iter_mut().enumerate() {
+            let cuts = &mut entry.clip_shapes;
+            let own = (0..cuts.len()).filter(|place| is_own(&cuts[*place])).nth(index);
+            // Another scan may have others, or fewer.
+            let same = || cuts.iter().position(|cut| *cut == before);
+            let Some(place) = (if number == 0 { own } else { same() }) else { continue };
+            match shape {
+                Some(shape) => cuts[place] = shape,
+                None => _ = cuts.remove(place),
             }
         }
     });
@@ -135,7 +135,10 @@ fn add(ui: &mut Ui, state: &mut State) {
     let count = shapes(state).len();
     for (word, shape) in new {
         if ui.add_enabled(count < MOST_CLIP_SHAPES, eframe::egui::Button::new(state.say(word))).clicked() {
-            put(state, word, count, Some(shape));
+            // All scans of the scene are cut.
+            state.change(word, |document| {
+                document.volumes.iter_mut().for_each(|entry| entry.clip_shapes.push(shape));
+            });
         }
     }
 }

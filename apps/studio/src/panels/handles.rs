@@ -9,6 +9,7 @@ use super::cut::{plane, put, put_box, shapes};
 use super::look::entry;
 use super::marks;
 use super::three_d::Seen;
+use crate::slices::ellipse;
 use crate::state::{State, Tab};
 use crate::words::Word;
 
@@ -146,11 +147,7 @@ fn plane_handles(view: &mut View<'_>, state: &State, index: usize, shape: Shape)
     let placed = affine(shape.from_shape);
     let (point, normal) = (placed.translation, placed.matrix3.z_axis.normalize_or(DVec3::Z));
     let (u, v) = normal.any_orthonormal_pair();
-    let around = |i: i32| {
-        let (sin, cos) = (f64::from(i) / 48.0 * std::f64::consts::TAU).sin_cos();
-        point + (u * cos + v * sin) * 0.28 * size
-    };
-    view.line((0..=48).map(around));
+    view.line(ellipse(point, u * 0.28 * size, v * 0.28 * size));
     // Towards what is cut away, where nothing hides it.
     let arrow = if shape.inverted { normal } else { -normal } * 0.2 * size;
     view.line([point, point + arrow]);
@@ -200,11 +197,7 @@ fn sphere_handles(view: &mut View<'_>, state: &State, index: usize, shape: Shape
     let axes = state.session.as_ref()?.camera().world_from_camera.matrix3;
     let placed = affine(shape.from_shape);
     let (center, radius) = (placed.translation, placed.matrix3.x_axis.length());
-    let around = |i: i32| {
-        let (sin, cos) = (f64::from(i) / 48.0 * std::f64::consts::TAU).sin_cos();
-        center + (axes.x_axis * cos + axes.y_axis * sin) * radius
-    };
-    view.line((0..=48).map(around));
+    view.line(ellipse(center, axes.x_axis * radius, axes.y_axis * radius));
     let edge = center + axes.x_axis * radius;
     let ball = |center: DVec3, radius: f64| {
         let new = DAffine3::from_translation(center) * DAffine3::from_scale(DVec3::splat(radius));

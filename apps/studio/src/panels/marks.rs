@@ -3,10 +3,8 @@
 use eframe::egui::{
     self, Align2, Color32, CornerRadius, FontId, Painter, Pos2, Rect, Stroke, Vec2, pos2, vec2,
 };
-use lumivox_core::Volume;
-use lumivox_core::glam::DVec3;
 
-use crate::slices::{Geometry, Plane};
+use crate::slices::Plane;
 use crate::theme::ON_VIEW;
 
 /// The colour of a plane, wherever its line or its name is.
@@ -85,25 +83,10 @@ pub fn line(painter: &Painter, points: Vec<Pos2>, color: Color32) {
     painter.add(egui::Shape::line(points, Stroke::new(1.6, color)));
 }
 
-/// What the clip box leaves, as its outline in the slice.
-pub fn kept_box(
-    painter: &Painter,
-    rect: Rect,
-    scan: &Volume,
-    [low, high]: [[f64; 3]; 2],
-    geometry: &Geometry,
-    scale: f64,
-) {
-    let from_box = scan.patient_from_box();
-    let corner = |i: usize| {
-        let at = [0, 1, 2].map(|axis| if i >> axis & 1 == 1 { high[axis] } else { low[axis] });
-        let [x, y] = geometry.pixel(from_box.transform_point3(DVec3::from_array(at)));
-        rect.min + vec2((x / scale) as f32, (y / scale) as f32)
-    };
-    let all =
-        (0..8).map(corner).fold(Rect::NOTHING, |all, point| all.union(Rect::from_min_max(point, point)));
+/// A closed line of dashes: what a cut leaves.
+pub fn dashed(painter: &Painter, mut corners: Vec<Pos2>) {
     let line = Stroke::new(1.0, ON_VIEW.gamma_multiply(0.7));
-    let corners = [all.left_top(), all.right_top(), all.right_bottom(), all.left_bottom(), all.left_top()];
+    corners.extend(corners.first().copied());
     painter.extend(egui::Shape::dashed_line(&corners, line, 5.0, 4.0));
 }
 

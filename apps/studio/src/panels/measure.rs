@@ -9,7 +9,7 @@ use lumivox_core::glam::DVec3;
 
 use super::marks::{handle, line, plate};
 use crate::measuring::{Draft, kind_word, lines, made, moved, placed_points};
-use crate::slices::Axes;
+use crate::slices::{Axes, ellipse};
 use crate::state::{Action, Ask, State, Tool, ViewId};
 use crate::theme::palette;
 use crate::words::Word;
@@ -79,12 +79,7 @@ fn outline(measurement: &Measurement) -> Vec<DVec3> {
     let points: Vec<DVec3> = measurement.points.iter().copied().map(DVec3::from_array).collect();
     match (measurement.kind, &points[..]) {
         (MeasurementKind::Region, &[center, first, second]) => {
-            let [first, second] = [first - center, second - center];
-            let at = |i: i32| {
-                let (sin, cos) = (f64::from(i) / 48.0 * std::f64::consts::TAU).sin_cos();
-                center + first * cos + second * sin
-            };
-            (0..=48).map(at).collect()
+            ellipse(center, first - center, second - center).collect()
         }
         _ => points,
     }

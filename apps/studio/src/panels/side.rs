@@ -1,6 +1,7 @@
 //! The panel at the right: what a person changes, by what it is about, and what the camera frames.
 
 use eframe::egui::{self, Ui};
+use lumivox_core::glam::DVec3;
 
 use super::{cut, look, measure, structures};
 use crate::session::Session;
@@ -45,16 +46,18 @@ fn word(tab: Tab) -> Word {
 }
 
 fn camera(ui: &mut Ui, state: &mut State) {
-    const SIDES: [(Word, [f64; 2]); 5] = [
-        (Word::Front, [0.0, 0.0]),
-        (Word::Left, [90.0, 0.0]),
-        (Word::Right, [-90.0, 0.0]),
-        (Word::Back, [180.0, 0.0]),
-        (Word::Above, [0.0, 89.0]),
+    // Of the patient (LPS).
+    const SIDES: [(Word, DVec3); 5] = [
+        (Word::Front, DVec3::NEG_Y),
+        (Word::Left, DVec3::X),
+        (Word::Right, DVec3::NEG_X),
+        (Word::Back, DVec3::Y),
+        (Word::Above, DVec3::Z),
     ];
     ui.horizontal_wrapped(|ui| {
-        for (word, [azimuth, elevation]) in SIDES {
-            if ui.button(state.say(word)).clicked() {
+        for (word, side) in SIDES {
+            let angles = state.session.as_ref().map(|session| session.angles_of(side).map(f64::to_degrees));
+            if let (true, Some([azimuth, elevation])) = (ui.button(state.say(word)).clicked(), angles) {
                 state.act(Action::Frame(azimuth, elevation));
             }
         }

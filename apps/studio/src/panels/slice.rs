@@ -89,9 +89,9 @@ pub fn show(ui: &mut Ui, rect: Rect, plane: Plane, state: &mut State) {
     let painter = ui.painter_at(rect);
     if let Some(session) = &state.session
         && let Some(cut) = session.document().volumes.first().and_then(|entry| entry.clip)
-        && plane != Plane::Oblique
     {
-        marks::kept_box(&painter, rect, &scan, cut, &now.geometry, scale);
+        let corners = slices::outline(&scan, cut, &now.geometry);
+        marks::dashed(&painter, corners.into_iter().map(|corner| now.project(corner)).collect());
     }
     let cross = now.project(state.cross);
     for other in shown_planes(state).filter(|other| *other != plane) {

@@ -1,7 +1,10 @@
 //! Cuts by handles in the picture, and the cube that says how the patient is turned.
 
-use lumivox_core::ClipKind;
-use lumivox_core::document::{Entry, Shape, affine};
+use lumivox_core::document::{Entry, Shape, affine, world_rows};
+use lumivox_core::glam::{DAffine3, DVec2, DVec3};
+use lumivox_core::{ClipKind, Modality, Volume, Voxels};
+use lumivox_studio::slices::{self, Geometry, Plane};
+use lumivox_studio::words::Word;
 
 use super::*;
 
@@ -120,4 +123,82 @@ fn a_click_on_the_cube_turns_to_that_side() {
     assert!(camera.determinant() > 0.999 && camera.x_axis.z < -0.999, "{camera}");
     settle(studio);
     screenshot(studio, "24-cube");
+
+    // Its sides are the patient's, however that lies in the world, and so are those that buttons frame.
+    let placed = session(studio).scene().0.volumes[0].world_from_patient;
+    let turned = world_rows(DAffine3::from_rotation_y(0.5) * placed);
+    studio.state_mut().state.change(Word::Camera, |document| {
+        document.volumes[0].world_from_patient = Some(turned);
+    });
+    studio.run_steps(2);
+    for (button, side) in [("Left", DVec3::X), ("Front", DVec3::NEG_Y), ("Above", DVec3::Z)] {
+        click(studio, button);
+        let opened = session(studio);
+        let towards_eye = opened.camera().world_from_camera.matrix3.z_axis;
+        let patient = opened.scene().0.volumes[0].world_from_patient.matrix3.inverse() * towards_eye;
+        assert!((patient.normalize() - side).length() < 0.011, "{button}: {patient}");
+        let before = orbit(studio);
+        click_at(studio, cube.center());
+        let [old, new] = [before, orbit(studio)].map(|it| [it.azimuth, it.elevation]);
+        assert!((0..2).all(|i| (old[i] - new[i]).abs() < 1e-6), "{button}: {old:?} {new:?}");
+    }
+}
+
+#[test]
+fn a_cut_that_changes_is_changed_in_the_scans_that_have_it() {
+    let _alone = alone();
+    let folder = tempfile::tempdir().unwrap();
+    head(folder.path(), 24);
+    let scene = folder.path().join("two.lumivox");
+    let entry = r#"{"scan": {"files": ["scan"]}}"#;
+    std::fs::write(&scene, format!(r#"{{"lumivox_scene": 1, "volumes": [{entry}, {entry}]}}"#)).unwrap();
+    let (mut studio, _) = studio();
+    open(&mut studio, &[&scene]);
+    let studio = &mut studio;
+    let cuts =
+        |studio: &Studio| [0, 1].map(|scan| session(studio).document().volumes[scan].clip_shapes.clone());
+    click(studio, "Cut");
+    click(studio, "Cut by a plane that faces me");
+    // Of the second scan somebody took it away.
+    studio.state_mut().state.change(Word::Cut, |document| document.volumes[1].clip_shapes.clear());
+    studio.run_steps(2);
+    click(studio, "Flip");
+    let [first, second] = cuts(studio);
+    assert!(first[0].inverted && second.is_empty(), "{second:?}");
+    // Another cuts both, and is changed in both.
+    click(studio, "Cut out a ball");
+    assert_eq!(cuts(studio).map(|cuts| cuts.len()), [2, 1]);
+    click(studio, "Flip");
+    let [first, second] = cuts(studio);
+    assert!(first[0].inverted && first[1] == second[0] && !second[0].inverted, "{first:?} {second:?}");
+    click(studio, "Remove");
+    assert_eq!(cuts(studio).map(|cuts| cuts.len()), [1, 0]);
+}
+
+#[test]
+fn what_a_cut_leaves_of_a_slice_lies_in_the_scan_however_that_is_turned() {
+    let turn = DAffine3::from_axis_angle(DVec3::new(0.2, -0.1, 1.0).normalize(), 0.6);
+    let place = turn * DAffine3::from_scale(DVec3::new(1.0, 2.0, 3.0));
+    let volume = Volume::new([20; 3], Voxels::U8(vec![0; 8000]), [1.0, 0.0], place, Modality::Other).unwrap();
+    let kept = [[0.2, 0.0, 0.1], [0.9, 0.5, 1.0]];
+    let center = volume.patient_from_box().transform_point3(DVec3::new(0.5, 0.3, 0.5));
+    for plane in [Plane::Axial, Plane::Coronal, Plane::Sagittal] {
+        let at = |point| Geometry::new(&volume, plane.axes(), point, [100, 100], 1.0, DVec2::ZERO);
+        let geometry = at(center);
+        let corners = slices::outline(&volume, kept, &geometry);
+        assert!((3..=6).contains(&corners.len()), "{corners:?}");
+        // In the plane, on a face of what is kept, around in one sense.
+        let box_from_patient = volume.patient_from_box().inverse();
+        for (place, corner) in corners.iter().enumerate() {
+            assert!(geometry.distance_mm(*corner) < 1e-9);
+            let within = box_from_patient.transform_point3(*corner);
+            let reach = (0..3).map(|axis| (within[axis] - kept[0][axis]).min(kept[1][axis] - within[axis]));
+            assert!(reach.fold(f64::INFINITY, f64::min).abs() < 1e-9, "{within}");
+            let [next, after] = [1, 2].map(|by| corners[(place + by) % corners.len()]);
+            let bend = (next - *corner).cross(after - next).dot(geometry.axes[0].cross(geometry.axes[1]));
+            assert!(bend > 0.0, "{plane:?}: {bend}");
+        }
+        let beside = at(center + plane.axes()[2] * 500.0);
+        assert!(slices::outline(&volume, kept, &beside).is_empty());
+    }
 }
