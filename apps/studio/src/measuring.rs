@@ -1,5 +1,8 @@
 //! Measurements as people read them: a line in a picture, a row of a list, a table for a file.
 
+use std::collections::VecDeque;
+use std::sync::Arc;
+
 use lumivox_core::Volume;
 use lumivox_core::document::{Measured, Measurement, MeasurementKind};
 use lumivox_core::glam::DVec3;
@@ -79,6 +82,40 @@ pub fn kind_word(kind: MeasurementKind) -> Word {
     }
 }
 
+/// What measurements say, once each: a region reads thousands of voxels, and stands in several views and a list, frame by frame.
+#[derive(Default)]
+pub struct Said {
+    of: Option<(Arc<Volume>, Language)>,
+    known: VecDeque<(Measurement, Vec<String>)>,
+    /// How many were measured.
+    pub count: u64,
+}
+
+impl Said {
+    /// What a measurement says of a scan, in lines.
+    pub fn lines(
+        &mut self,
+        measurement: &Measurement,
+        scan: &Arc<Volume>,
+        language: Language,
+    ) -> Vec<String> {
+        /// One that is drawn or dragged is another in each frame: the oldest are forgotten.
+        const MOST: usize = 256;
+        if !matches!(&self.of, Some((known, said)) if Arc::ptr_eq(known, scan) && *said == language) {
+            self.of = Some((scan.clone(), language));
+            self.known.clear();
+        }
+        if let Some((_, lines)) = self.known.iter().find(|(known, _)| known == measurement) {
+            return lines.clone();
+        }
+        let lines = lines(measurement, scan, language);
+        self.count += 1;
+        self.known.truncate(MOST - 1);
+        self.known.push_front((measurement.clone(), lines.clone()));
+        lines
+    }
+}
+
 /// What a measurement says, in lines: the first is enough for a list.
 pub fn lines(measurement: &Measurement, scan: &Volume, language: Language) -> Vec<String> {
     let value = |value: f64| if value.abs() < 100.0 { format!("{value:.1}") } else { format!("{value:.0}") };
@@ -89,7 +126,10 @@ pub fn lines(measurement: &Measurement, scan: &Volume, language: Language) -> Ve
         Measured::Region { area_mm2, values } => {
             let area = format!("{area_mm2:.0} mm\u{b2}");
             let Some(values) = values else { return vec![area] };
-            let unit = if scan.is_hounsfield() { " HU" } else { "" };
+            let unit = match scan.unit() {
+                "" => String::new(),
+                unit => format!(" {unit}"),
+            };
             vec![
                 format!(
                     "{} {}{unit} \u{b1} {}",

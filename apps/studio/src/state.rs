@@ -1,11 +1,12 @@
 //! What the interface shows, as plain data, and what it was asked to do.
 
+use std::cell::RefCell;
 use std::collections::HashMap;
 use std::path::PathBuf;
 use std::sync::Arc;
 
 use eframe::egui::{Rect, TextureHandle};
-use lumivox_core::document::{Backdrop, Film, MeasurementKind, SceneDocument};
+use lumivox_core::document::{Backdrop, Film, Measurement, MeasurementKind, SceneDocument};
 use lumivox_core::glam::{DMat3, DQuat, DVec2, DVec3};
 use lumivox_core::{Labelling, Orbit, Preset};
 use lumivox_import::SeriesSummary;
@@ -13,7 +14,7 @@ use lumivox_viewport::Progress;
 
 use crate::darkroom::looks_for;
 use crate::jobs::Busy;
-use crate::measuring::Draft;
+use crate::measuring::{Draft, Said};
 use crate::opening::SharedStudy;
 use crate::overlay::{Overlay, Sizes};
 use crate::session::Session;
@@ -298,6 +299,8 @@ pub struct State {
     pub tab: Tab,
     /// A measurement that is being made.
     pub draft: Option<Draft>,
+    /// What measurements say, as far as that was asked.
+    pub said: RefCell<Said>,
     /// How large structures are.
     pub sizes: Option<Sizes>,
     /// The chosen point of the curve.
@@ -358,6 +361,7 @@ impl State {
             tool: Tool::Navigate,
             tab: Tab::Look,
             draft: None,
+            said: RefCell::default(),
             sizes: None,
             curve_point: None,
             curve_range: [0.0; 2],
@@ -388,6 +392,13 @@ impl State {
         word.of(self.settings.language)
     }
 
+    /// What a measurement of the scan says, in lines; the first is enough for a list.
+    pub fn lines(&self, measurement: &Measurement) -> Vec<String> {
+        self.session.as_ref().map_or(vec![], |session| {
+            self.said.borrow_mut().lines(measurement, session.scan(), self.settings.language)
+        })
+    }
+
     /// Asks for something.
     pub fn act(&mut self, action: Action) {
         self.actions.push(action);
@@ -411,7 +422,7 @@ impl State {
         self.looks = looks_for(scan);
         self.slices = std::array::from_fn(|_| SliceView { zoom: 1.0, ..SliceView::default() });
         self.oblique = DQuat::from_rotation_z(30_f64.to_radians());
-        (self.slab, self.tool, self.draft, self.overlay) = Default::default();
+        (self.slab, self.tool, self.draft, self.said, self.overlay) = Default::default();
         (self.curve_point, self.curve_range, self.sizes) = Default::default();
         self.tiles.clear();
         (self.probe, self.failed, self.done) = (None, None, None);

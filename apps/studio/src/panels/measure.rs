@@ -2,13 +2,13 @@
 
 use eframe::egui::{
     self, Align, Color32, CursorIcon, Id, Painter, PointerButton, Pos2, Rect, Response, RichText, Sense, Ui,
-    vec2,
+    Vec2, vec2,
 };
 use lumivox_core::document::{Measurement, MeasurementKind};
 use lumivox_core::glam::DVec3;
 
 use super::marks::{handle, line, plate};
-use crate::measuring::{Draft, kind_word, lines, made, moved, placed_points};
+use crate::measuring::{Draft, kind_word, made, moved, placed_points};
 use crate::slices::{Axes, ellipse};
 use crate::state::{Action, Ask, State, Tool, ViewId};
 use crate::theme::palette;
@@ -101,23 +101,29 @@ pub struct Shown<'a> {
     pub locate: &'a dyn Fn(Pos2) -> Option<DVec3>,
 }
 
-/// All measurements that a view shows, with points that are dragged, and the one that is being made.
-pub fn show(ui: &Ui, shown: &Shown<'_>, state: &mut State) {
-    let Shown { rect, view, is_seen, project, locate, .. } = *shown;
+impl Shown<'_> {
+    /// Where a point goes that is dragged to a place: in a slab it keeps its depth, in 3D it stays on what is seen.
+    fn locate_beside(&self, at: Pos2, point: DVec3) -> Option<DVec3> {
+        let seen = (self.locate)(at)?;
+        let normal = self.axes[2];
+        let depth = if self.view == ViewId::ThreeD { 0.0 } else { (point - seen).dot(normal) };
+        Some(seen + normal * depth)
+    }
+}
+
+/// All measurements that a view shows, with points that are dragged, and the one that is being made. Which is dragged, by its place,
+/// and what it becomes.
+pub fn show(ui: &Ui, shown: &Shown<'_>, state: &State) -> Option<(usize, Measurement)> {
+    let Shown { rect, view, is_seen, project, .. } = *shown;
     let painter = ui.painter_at(rect);
-    let Some(session) = &state.session else { return };
-    let scan = session.scan().clone();
-    let measurements = session.document().measurements.clone();
-    let language = state.settings.language;
+    let measurements = &state.session.as_ref()?.document().measurements;
     let mut change = None;
     let mut plates = vec![];
     for (index, measurement) in measurements.iter().enumerate().filter(|(_, it)| is_seen(it)) {
         let Some(most) = draw(&painter, measurement, project) else { continue };
-        plates.push((most, lines(measurement, &scan, language)));
-        for (place, point) in measurement.points.iter().enumerate() {
-            let Some(at) = project(DVec3::from_array(*point)).filter(|at| rect.contains(*at)) else {
-                continue;
-            };
+        plates.push((most, state.lines(measurement)));
+        for (place, point) in measurement.points.iter().copied().map(DVec3::from_array).enumerate() {
+            let Some(at) = project(point).filter(|at| rect.contains(*at)) else { continue };
             let id = Id::new(("measurement", index, place, view));
             let response = ui.interact(Rect::from_center_size(at, vec2(16.0, 16.0)), id, Sense::drag());
             response.widget_info(|| {
@@ -125,8 +131,7 @@ pub fn show(ui: &Ui, shown: &Shown<'_>, state: &mut State) {
                 egui::WidgetInfo::labeled(egui::WidgetType::Other, true, name)
             });
             handle(&painter, at, COLOR, response.hovered() || response.dragged());
-            let to = response.interact_pointer_pos().filter(|_| response.dragged());
-            if let Some(to) = to.and_then(locate) {
+            if let Some(to) = dragged_to(ui, &response, at).and_then(|to| shown.locate_beside(to, point)) {
                 change = Some((index, moved(measurement, place, to)));
             }
             response.on_hover_cursor(CursorIcon::Grab);
@@ -135,14 +140,29 @@ pub fn show(ui: &Ui, shown: &Shown<'_>, state: &mut State) {
     for (at, words) in plates {
         plate(&painter, rect, at, &words, COLOR);
     }
-    if let Some((index, new)) = change {
-        state.change(kind_word(new.kind), |document| {
-            if let Some(own) = document.measurements.get_mut(index) {
-                *own = new;
-            }
-        });
-    }
     draw_draft(&painter, shown, state);
+    change
+}
+
+/// Where a handle is dragged to: it stays as far from the pointer as where it was taken. Nothing while it is only pressed.
+fn dragged_to(ui: &Ui, response: &Response, at: Pos2) -> Option<Pos2> {
+    if response.drag_started() {
+        let taken = ui.input(|input| input.pointer.press_origin())?;
+        ui.data_mut(|data| data.insert_temp(response.id, at - taken));
+    }
+    let beside: Vec2 = ui.data(|data| data.get_temp(response.id))?;
+    let is_moved = response.dragged() && response.drag_delta() != Vec2::ZERO;
+    response.interact_pointer_pos().filter(|_| is_moved).map(|pointer| pointer + beside)
+}
+
+/// Makes a measurement what a view says that it becomes.
+pub fn put(change: Option<(usize, Measurement)>, state: &mut State) {
+    let Some((index, new)) = change else { return };
+    state.change(kind_word(new.kind), |document| {
+        if let Some(own) = document.measurements.get_mut(index) {
+            *own = new;
+        }
+    });
 }
 
 /// The line of a measurement; its place furthest to the right, where words stand.
@@ -162,10 +182,9 @@ fn draw_draft(painter: &Painter, shown: &Shown<'_>, state: &State) {
     let Some(draft) = state.draft.as_ref().filter(|draft| draft.view == view) else { return };
     let mut points = draft.points.clone();
     points.extend(draft.next);
-    let Some(scan) = state.session.as_ref().map(|session| session.scan().clone()) else { return };
     if let Some(measurement) = made(draft.kind, &points, axes) {
         if let Some(at) = draw(painter, &measurement, project) {
-            plate(painter, rect, at, &lines(&measurement, &scan, state.settings.language), COLOR);
+            plate(painter, rect, at, &state.lines(&measurement), COLOR);
         }
     } else {
         line(painter, points.iter().copied().filter_map(project).collect(), COLOR);
@@ -179,14 +198,14 @@ fn draw_draft(painter: &Painter, shown: &Shown<'_>, state: &State) {
 pub fn list(ui: &mut Ui, state: &mut State) {
     let p = palette(state.settings.is_dark);
     let Some(session) = &state.session else { return };
-    let (scan, measurements) = (session.scan().clone(), session.document().measurements.clone());
+    let measurements = session.document().measurements.clone();
     let file = session.file_name("csv");
     if measurements.is_empty() {
         ui.add(egui::Label::new(RichText::new(state.say(Word::MeasureHint)).small().color(p.weak)).wrap());
         return;
     }
     for (index, measurement) in measurements.iter().enumerate() {
-        let words = lines(measurement, &scan, state.settings.language);
+        let words = state.lines(measurement);
         let name = format!("{} {}", state.say(kind_word(measurement.kind)), index + 1);
         ui.horizontal(|ui| {
             let found = ui.add(egui::Button::new(RichText::new(&name).size(13.0)).frame(false));

@@ -117,7 +117,8 @@ pub fn show(ui: &mut Ui, rect: Rect, plane: Plane, state: &mut State) {
     };
     let (project, locate) = (|point| Some(now.project(point)), |at| Some(now.locate(at)));
     let shown = Shown { rect, view, axes, is_seen: &is_seen, project: &project, locate: &locate };
-    measure::show(ui, &shown, state);
+    let change = measure::show(ui, &shown, state);
+    measure::put(change, state);
 }
 
 /// The planes that have a view.

@@ -113,23 +113,18 @@ fn turn(ui: &Ui, response: &Response, rect: Rect, state: &mut State) {
 }
 
 fn measurements(ui: &Ui, rect: Rect, state: &mut State) {
-    // The scene and the camera stay while points are dragged.
     let Some(session) = &state.session else { return };
     if session.document().measurements.is_empty() && state.draft.is_none() {
         return;
     }
     let seen = Seen::of(session);
-    let (scene, camera) = (session.scene().0.clone(), *session.camera());
     let axes = screen_axes(session);
-    let locate = |at: Pos2| {
-        let found = pick(&scene, &camera.with_aspect(aspect(rect)), part(rect, at))?;
-        let first = scene.volumes.first()?;
-        Some(first.world_from_patient.inverse().transform_point3(found.world))
-    };
+    let locate = |at: Pos2| located(session, rect, at);
     let project = |point| seen.at(point, rect);
     let view = ViewId::ThreeD;
     let shown = Shown { rect, view, axes, is_seen: &|_| true, project: &project, locate: &locate };
-    measure::show(ui, &shown, state);
+    let change = measure::show(ui, &shown, state);
+    measure::put(change, state);
 }
 
 fn aspect(rect: Rect) -> f64 {

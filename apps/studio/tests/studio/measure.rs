@@ -1,10 +1,10 @@
 //! Measurements: what is read off a phantom of known size, in slices and in 3D.
 
-use lumivox_core::document::{Measured, MeasurementKind};
+use lumivox_core::document::{Measured, Measurement, MeasurementKind};
 use lumivox_core::glam::{DAffine3, DVec2, DVec3};
 use lumivox_core::{Modality, Volume, Voxels};
 use lumivox_studio::measuring;
-use lumivox_studio::slices::{Geometry, Plane};
+use lumivox_studio::slices::{Geometry, Plane, Projection, Slab};
 use lumivox_studio::state::Tool;
 
 use super::*;
@@ -66,6 +66,17 @@ fn a_region_over_two_slices_lies_in_the_second() {
     let corners = [DVec3::new(0.0, 0.0, 3.0), DVec3::new(20.0, 10.0, 9.0)];
     let region = measuring::made(MeasurementKind::Region, &corners, Plane::Axial.axes()).unwrap();
     assert_eq!(region.points, [[10.0, 5.0, 9.0], [20.0, 5.0, 9.0], [10.0, 10.0, 9.0]]);
+}
+
+#[test]
+fn values_have_the_scans_own_unit() {
+    let pet = Volume::new([8; 3], Voxels::U8(vec![7; 512]), [1.0, 0.0], DAffine3::IDENTITY, Modality::Pet);
+    let pet = pet.unwrap().with_unit("SUVbw");
+    let points = [[3.0, 3.0, 3.0], [5.0, 3.0, 3.0], [3.0, 5.0, 3.0]].to_vec();
+    let region = Measurement { kind: MeasurementKind::Region, points };
+    assert!(measuring::lines(&region, &pet, Language::English)[0].contains("7.0 SUVbw"));
+    let mr = pet.with_unit("");
+    assert!(measuring::lines(&region, &mr, Language::English)[0].contains("7.0 \u{b1}"));
 }
 
 #[test]
@@ -132,17 +143,44 @@ fn lengths_angles_and_regions_are_those_of_the_phantom() {
     settle(studio);
     screenshot(studio, "17-measured-in-3d");
 
-    // A point that is dragged is one step.
+    // What a region says is found once, however many frames and views there are.
+    let count_of = |studio: &Studio| studio.state().state.said.borrow().count;
+    let found = count_of(studio);
+    studio.run_steps(3);
+    assert!(found > 0 && count_of(studio) == found);
+
+    // A point that is dragged is one step, and stays as far from the pointer as where it was taken.
     click(studio, "Navigate");
     let before = session(studio).document().clone();
-    let point = studio.get_all_by_label("Measurement 1, 2").map(|node| node.rect().center());
     let axial = view(studio, "Axial");
-    let point = point.into_iter().find(|at| axial.contains(*at)).unwrap();
+    let handle = |studio: &Studio| {
+        let all = studio.get_all_by_label("Measurement 1, 2").map(|node| node.rect().center());
+        all.into_iter().find(|at| axial.contains(*at)).unwrap()
+    };
+    let beside = egui::vec2(5.0, -4.0);
+    let point = handle(studio);
+    click_at(studio, point + beside);
+    assert_eq!(session(studio).document(), &before, "a click moves nothing");
     let shorter = in_axial(studio, [23.5, 22.0, 15.0]);
-    drag(studio, PointerButton::Primary, point, shorter);
+    drag(studio, PointerButton::Primary, point + beside, shorter + beside);
     let Measured::Length(mm) = measured(studio, 0) else { panic!("a length") };
-    assert!((mm - 24.0).abs() < 1.0, "{mm}");
+    assert!((mm - 24.0).abs() < 0.5, "{mm}");
+    assert!((handle(studio) - shorter).length() < 0.5);
     undo(studio);
+    // In a slab it keeps its depth.
+    let state = &mut studio.state_mut().state;
+    state.slab = Slab { projection: Projection::Mean, thickness_mm: 20.0 };
+    state.cross.z += 6.0;
+    studio.run_steps(2);
+    let depth = |studio: &Studio| session(studio).document().measurements[0].points[1][2];
+    let old = depth(studio);
+    let point = handle(studio);
+    drag(studio, PointerButton::Primary, point, point + egui::vec2(-30.0, 0.0));
+    assert!((depth(studio) - old).abs() < 1e-6 && session(studio).document() != &before);
+    undo(studio);
+    let state = &mut studio.state_mut().state;
+    (state.slab, state.cross.z) = (Slab::default(), state.cross.z - 6.0);
+    studio.run_steps(2);
     assert_eq!(session(studio).document(), &before);
 
     // As a table.
