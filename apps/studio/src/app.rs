@@ -1,13 +1,14 @@
 //! The program: it gathers what people and jobs want, does it, and shows the state.
 
 mod keeping;
+mod polling;
 
 use std::future::Future;
 use std::path::PathBuf;
 use std::pin::Pin;
 use std::sync::Arc;
 
-use eframe::egui::{self, ColorImage, Frame, Margin, Panel, TextureOptions, ViewportCommand};
+use eframe::egui::{self, Frame, Margin, Panel, ViewportCommand};
 use lumivox_core::Preset;
 use lumivox_core::document::View;
 
@@ -61,6 +62,8 @@ pub struct App {
     were_tiles_made: bool,
     wake: Wake,
     opening: Option<Job<Told>>,
+    /// The series of what is opened, until that takes the place of what is shown.
+    arriving: Option<Strip>,
     showing: Option<Job<Shown>>,
     tiling: Option<Job<Tile>>,
     exporting: Option<(PathBuf, Job<Exported>)>,
@@ -105,6 +108,7 @@ impl App {
             were_tiles_made: false,
             wake,
             opening: None,
+            arriving: None,
             showing: None,
             tiling: None,
             exporting: None,
@@ -147,9 +151,10 @@ impl App {
 
     /// Shows what a job opens, once it has.
     pub fn begin(&mut self, job: Job<Told>) {
-        (self.tiling, self.were_tiles_made) = (None, true);
+        // Tiles that are left come when it is over, whatever becomes of it.
+        (self.tiling, self.were_tiles_made) = (None, false);
         (self.state.done, self.is_restoring) = (None, false);
-        self.opening = Some(job);
+        (self.opening, self.arriving) = (Some(job), Some(Strip::default()));
     }
 
     /// Wakes the interface.
@@ -164,186 +169,14 @@ impl App {
         self.showing = Some(errands::show(document, scans, self.wake.clone()));
     }
 
-    /// Begins with tiles that are wanted, once the picture itself has what a device gives.
-    fn make_tiles(&mut self) {
-        let is_busy = self.tiling.is_some() || self.exporting.is_some() || self.opening.is_some();
-        let wants = self.state.looks.iter().any(|look| !self.state.tiles.contains_key(look));
-        if !self.state.has_tiles || is_busy || !wants || self.were_tiles_made || !self.state.progress.rests {
-            return;
-        }
-        let Some(session) = &self.state.session else { return };
-        let (document, scan) = (session.document().clone(), session.scan().clone());
-        self.tiling = Some(errands::tiles(self.darkroom.clone(), document, scan, self.wake.clone()));
-        self.were_tiles_made = true;
-    }
-
     fn export_to(&mut self, file: PathBuf) {
         let Some(session) = &self.state.session else { return };
         // The picture comes before the tiles that are left.
-        self.tiling = None;
+        (self.tiling, self.were_tiles_made) = (None, false);
         let (scene, document) = (session.scene().0.clone(), session.document().clone());
         let (camera, room) = (*session.camera(), self.darkroom.clone());
         let job = errands::export(room, document, scene, camera, file.clone(), self.wake.clone());
         self.exporting = Some((file, job));
-    }
-
-    /// What jobs have told.
-    fn poll(&mut self, context: &egui::Context) {
-        self.poll_opening(context);
-        let mut anew = false;
-        if let Some(job) = &mut self.showing {
-            let told = job.poll();
-            if job.is_broken() {
-                self.state.failed = Some((Word::CannotShow, self.state.say(Word::Stopped).to_owned()));
-            }
-            if job.is_over() {
-                self.showing = None;
-            }
-            for shown in told {
-                match shown {
-                    Ok((scene, notes)) => {
-                        if let Some(session) = &mut self.state.session {
-                            session.shown(&scene, notes);
-                        }
-                    }
-                    Err(why) => {
-                        self.state.failed = Some((Word::CannotShow, why));
-                        // Structures that cannot be read are not there.
-                        let session = self.state.session.as_mut();
-                        if let Some(session) = session.filter(|it| {
-                            matches!(
-                                it.history().next()[0],
-                                Some(Word::StructuresOpen | Word::StructuresFind)
-                            )
-                        }) {
-                            anew = session.undo();
-                        }
-                    }
-                }
-            }
-        }
-        if anew {
-            self.show_anew();
-        }
-        if let Some(job) = &mut self.tiling {
-            for Tile { preset, picture } in job.poll() {
-                let size = picture.size.map(|n| n as usize);
-                let image = ColorImage::from_rgba_unmultiplied(size, &picture.rgba);
-                let texture = context.load_texture(preset.name(), image, TextureOptions::LINEAR);
-                self.state.tiles.insert(preset, texture);
-            }
-            if job.is_over() {
-                self.tiling = None;
-            }
-        }
-        self.poll_export();
-        self.make_tiles();
-        if let Some((_, job)) = &mut self.asking {
-            let told = job.poll();
-            // What was told counts at once: the job may end a moment later.
-            if (!told.is_empty() || job.is_over())
-                && let Some((ask, _)) = self.asking.take()
-            {
-                match told.into_iter().next() {
-                    Some(files) if !files.is_empty() => self.chosen(ask, files),
-                    // Who does not say where, does not leave either.
-                    _ => self.closes = None,
-                }
-            }
-        }
-        let jobs = [
-            self.opening.as_ref().map(|job| (Word::Reading, job.busy())),
-            self.exporting.as_ref().map(|(_, job)| (Word::Rendering, job.busy())),
-            self.showing.as_ref().map(|job| (Word::Showing, job.busy())),
-        ];
-        self.state.busy = jobs.into_iter().flatten().next();
-    }
-
-    fn poll_opening(&mut self, context: &egui::Context) {
-        let Some(job) = &mut self.opening else { return };
-        let told = job.poll();
-        let is_over = job.is_over();
-        if job.is_broken() {
-            self.state.failed = Some((Word::CannotOpen, self.state.say(Word::Stopped).to_owned()));
-        }
-        for message in told {
-            match message {
-                Told::Series { series, chosen, study } => {
-                    let known = std::mem::take(&mut self.state.strip);
-                    let is_same = known.study.as_ref().is_some_and(|known| known.is_same(&study));
-                    let thumbnails = if is_same { known.thumbnails } else { Default::default() };
-                    self.state.strip = Strip { series, chosen, study: Some(study), thumbnails };
-                }
-                Told::Thumbnail(place, picture) => {
-                    let size = [picture.width, picture.height];
-                    let image = ColorImage::from_gray(size, &picture.grey);
-                    let texture = context.load_texture("series", image, TextureOptions::LINEAR);
-                    self.state.strip.thumbnails.insert(place, texture);
-                }
-                Told::Opened(opened) => {
-                    if let Some(live) = &mut self.live {
-                        live.forget();
-                    }
-                    self.showing = None;
-                    self.state.progress = Default::default();
-                    let mut session = Session::new(*opened);
-                    let was_left = std::mem::take(&mut self.is_restoring);
-                    if was_left {
-                        session.forget_saved();
-                    } else if let Some(rescue) = &mut self.rescue {
-                        rescue.clear();
-                    }
-                    self.state.begin(session);
-                    self.were_tiles_made = false;
-                    if was_left {
-                        self.open_later();
-                    }
-                }
-                Told::Failed(why) => {
-                    self.state.failed = Some((Word::CannotOpen, why));
-                }
-            }
-        }
-        if is_over {
-            self.end_opening();
-            if self.state.session.is_none() && self.state.failed.is_none() {
-                self.state.strip = Strip::default();
-            }
-        }
-    }
-
-    /// Nothing is opened any more. What another run left is asked for again where it did not come.
-    fn end_opening(&mut self) {
-        self.opening = None;
-        if std::mem::take(&mut self.is_restoring) {
-            self.ask_to_restore();
-        }
-    }
-
-    fn poll_export(&mut self) {
-        let Some((file, job)) = &mut self.exporting else { return };
-        for told in job.poll() {
-            match told {
-                Exported::Written(note) => {
-                    let name = file.file_name().unwrap_or_default().to_string_lossy();
-                    let note = note
-                        .map_or(String::new(), |word| format!(". {}", word.of(self.state.settings.language)));
-                    self.state.done = Some(format!("{}: {name}{note}", self.state.say(Word::Saved)));
-                }
-                Exported::Turned { steps, is_reduced, has_film } => {
-                    self.state.done = Some(keeping::turned(&self.state, file, steps, is_reduced, has_film));
-                }
-                Exported::Failed(why) => self.state.failed = Some((Word::CannotSave, why)),
-            }
-        }
-        if job.is_broken() {
-            self.state.failed = Some((Word::CannotSave, self.state.say(Word::Stopped).to_owned()));
-        }
-        if job.is_over() {
-            self.exporting = None;
-            // Those that were left come now.
-            self.were_tiles_made = false;
-        }
     }
 
     /// What became of a file dialog.
@@ -454,8 +287,8 @@ impl App {
                 // What was shown before stays.
                 self.end_opening();
                 self.exporting = None;
-                if self.state.session.is_none() {
-                    self.state.strip = Strip::default();
+                if let (Some(_), Some(session)) = (self.showing.take(), &mut self.state.session) {
+                    session.give_up();
                 }
             }
         }

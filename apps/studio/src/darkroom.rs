@@ -75,10 +75,15 @@ pub fn looks_for(volume: &Volume) -> Vec<Preset> {
     looks
 }
 
-/// Makes a tile of each look, the first ones first; tells them as they come.
-pub fn develop_tiles(room: &Darkroom, document: &SceneDocument, scan: &Arc<Volume>, desk: &Desk<Tile>) {
+/// Makes a tile of each of these looks, one after the other; tells them as they come.
+pub fn develop_tiles(
+    room: &Darkroom,
+    document: &SceneDocument,
+    scan: &Arc<Volume>,
+    looks: Vec<Preset>,
+    desk: &Desk<Tile>,
+) {
     let small = Arc::new(reduced(scan, TILE_VOXELS));
-    let looks = looks_for(scan);
     let total = looks.len() as u64;
     for (done, preset) in (0..).zip(looks) {
         desk.report(Busy { stage: None, done, total });

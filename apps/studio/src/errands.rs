@@ -4,7 +4,7 @@ use std::path::PathBuf;
 use std::sync::Arc;
 
 use lumivox_core::document::SceneDocument;
-use lumivox_core::{Orbit, PerspectiveCamera, Scene, Volume};
+use lumivox_core::{Orbit, PerspectiveCamera, Preset, Scene, Volume};
 
 use crate::app::Choice;
 use crate::darkroom::{self, Darkroom, Exported, Tile};
@@ -22,9 +22,16 @@ pub fn show(document: SceneDocument, scans: Vec<Arc<Volume>>, wake: Wake) -> Job
     start("show a scan", wake, move |desk: &Desk<Shown>| desk.tell(opening::show(&document, scans, desk)))
 }
 
-/// Makes a tile of each look.
-pub fn tiles(room: Darkroom, document: SceneDocument, scan: Arc<Volume>, wake: Wake) -> Job<Tile> {
-    start("make tiles", wake, move |desk: &Desk<Tile>| darkroom::develop_tiles(&room, &document, &scan, desk))
+/// Makes a tile of each of these looks.
+pub fn tiles(
+    room: Darkroom,
+    document: SceneDocument,
+    scan: Arc<Volume>,
+    looks: Vec<Preset>,
+    wake: Wake,
+) -> Job<Tile> {
+    let work = move |desk: &Desk<Tile>| darkroom::develop_tiles(&room, &document, &scan, looks, desk);
+    start("make tiles", wake, work)
 }
 
 /// Renders a picture and keeps it.

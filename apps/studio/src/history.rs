@@ -84,6 +84,26 @@ impl History {
         true
     }
 
+    /// Changes all documents that there are, were and would be again. Steps between two that are the same now are gone.
+    pub fn rewrite(&mut self, change: impl Fn(&mut SceneDocument)) {
+        change(&mut self.present);
+        for steps in [&mut self.past, &mut self.future] {
+            // From the present on, which is the neighbour of the last.
+            let mut near = self.present.clone();
+            let mut kept = vec![];
+            for mut step in steps.drain(..).rev() {
+                change(&mut step.document);
+                if step.document != near {
+                    near = step.document.clone();
+                    kept.push(step);
+                }
+            }
+            kept.reverse();
+            *steps = kept;
+        }
+        self.is_open = false;
+    }
+
     /// What would be undone, and what done again.
     pub fn next(&self) -> [Option<Word>; 2] {
         [self.past.last(), self.future.last()].map(|step| step.map(|step| step.what))

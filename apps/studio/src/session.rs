@@ -44,6 +44,25 @@ impl ShownAs {
             peel: entry.peel,
         }
     }
+
+    /// Whether the scans of a document are shown like those.
+    fn are_of(document: &SceneDocument, entries: &[Entry]) -> bool {
+        document.volumes.iter().map(Self::of).eq(entries.iter().map(Self::of))
+    }
+
+    /// Makes a document's scans such that they are shown like those; what has nothing to do with that stays.
+    fn put_back(document: &mut SceneDocument, entries: &[Entry]) {
+        for (entry, shown) in document.volumes.iter_mut().zip(entries) {
+            let [own, old] = [&*entry, shown].map(Self::of);
+            (entry.scan.keep, entry.scan.taken_off, entry.peel) = (old.keep, old.taken_off, old.peel);
+            if own.by_look != old.by_look {
+                entry.look = shown.look.clone();
+            }
+            if (own.finds_labels, own.label_files) != (old.finds_labels, old.label_files) {
+                entry.labels = shown.labels.clone();
+            }
+        }
+    }
 }
 
 /// A scan that is open.
@@ -51,8 +70,9 @@ pub struct Session {
     history: History,
     scans: Vec<Arc<Volume>>,
     parts: Vec<Part>,
-    /// What is shown, or on its way.
-    asked_as: Vec<ShownAs>,
+    /// What is shown, by the document's entries then; and what is on its way, or shown as well.
+    shown_of: Vec<Entry>,
+    asked_of: Vec<Entry>,
     map: Option<Arc<EnvironmentMap>>,
     scene: Scene,
     version: u64,
@@ -93,7 +113,8 @@ impl Session {
         };
         Self {
             parts: parts_of(&scene),
-            asked_as: document.volumes.iter().map(ShownAs::of).collect(),
+            shown_of: document.volumes.clone(),
+            asked_of: document.volumes.clone(),
             saved: document.clone(),
             history: History::new(document),
             scans,
@@ -237,18 +258,40 @@ impl Session {
 
     /// What a job has to do for the document as it is.
     pub fn to_show(&mut self) -> (SceneDocument, Vec<Arc<Volume>>) {
-        self.asked_as = self.document().volumes.iter().map(ShownAs::of).collect();
+        self.asked_of = self.document().volumes.clone();
         (self.document().clone(), self.scans.clone())
     }
 
     /// What such a job found. What was changed meanwhile stays changed.
     pub fn shown(&mut self, scene: &Scene, notes: Vec<String>) {
         self.parts = parts_of(scene);
+        self.shown_of = self.asked_of.clone();
         for note in notes {
             if !self.notes.contains(&note) {
                 self.notes.push(note);
             }
         }
+        self.follow();
+    }
+
+    /// What is on its way is not waited for: by one command the document is again what is shown of it, and what was changed otherwise
+    /// stays. Back from there it is asked for once more.
+    pub fn give_up(&mut self) {
+        let shown = self.shown_of.clone();
+        self.asked_of.clone_from(&shown);
+        self.change(Word::TakenBack, |document| ShownAs::put_back(document, &shown));
+        self.close_step();
+    }
+
+    /// What was on its way cannot be shown: no document wants it any more, nor did one.
+    pub fn refused(&mut self) {
+        let shown = self.shown_of.clone();
+        let refused = std::mem::replace(&mut self.asked_of, shown.clone());
+        self.history.rewrite(|document| {
+            if ShownAs::are_of(document, &refused) {
+                ShownAs::put_back(document, &shown);
+            }
+        });
         self.follow();
     }
 
@@ -265,7 +308,11 @@ impl Session {
         if let Some(camera) = document.camera.camera(&self.scene, document.film.aspect()) {
             self.camera = camera;
         }
-        document.volumes.iter().map(ShownAs::of).ne(self.asked_as.iter().cloned())
+        // What needs no other voxels is shown by now.
+        if ShownAs::are_of(document, &self.shown_of) {
+            self.shown_of.clone_from(&document.volumes);
+        }
+        !ShownAs::are_of(document, &self.asked_of)
     }
 
     /// Writes the scene's file.

@@ -49,6 +49,7 @@ words! {
     OpenFolder: "Open folder…" / "Ordner öffnen…";
     SaveScene: "Save scene…" / "Szene speichern…";
     Export: "Export picture…" / "Bild exportieren…";
+    TakenBack: "Taken back" / "Zurückgenommen";
     Undo: "Undo" / "Rückgängig";
     Redo: "Redo" / "Wiederholen";
     About: "About" / "Über";

@@ -55,7 +55,7 @@ impl App {
 
     pub(super) fn turn_to(&mut self, file: PathBuf, steps: u32) {
         let Some(session) = &self.state.session else { return };
-        self.tiling = None;
+        (self.tiling, self.were_tiles_made) = (None, false);
         let (scene, document) = (session.scene().0.clone(), session.document().clone());
         let (start, room, wake) = (session.orbit(), self.darkroom.clone(), self.wake.clone());
         let job = errands::turn(room, document, scene, start, (file.clone(), steps), wake);

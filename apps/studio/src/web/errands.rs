@@ -5,7 +5,7 @@ use std::sync::Arc;
 
 use js_sys::Array;
 use lumivox_core::document::SceneDocument;
-use lumivox_core::{Orbit, PerspectiveCamera, Scene, Volume};
+use lumivox_core::{Orbit, PerspectiveCamera, Preset, Scene, Volume};
 use wasm_bindgen_futures::spawn_local;
 
 use crate::app::Choice;
@@ -113,7 +113,7 @@ pub fn show(document: SceneDocument, scans: Vec<Arc<Volume>>, wake: Wake) -> Job
 }
 
 /// Pages show no tiles: those are made on a device that is waited for.
-pub fn tiles(_: Darkroom, _: SceneDocument, _: Arc<Volume>, wake: Wake) -> Job<Tile> {
+pub fn tiles(_: Darkroom, _: SceneDocument, _: Arc<Volume>, _: Vec<Preset>, wake: Wake) -> Job<Tile> {
     let (job, desk) = elsewhere(wake, || {});
     desk.done();
     job

@@ -2,6 +2,8 @@
 
 use lumivox_core::Preset;
 use lumivox_studio::darkroom::looks_for;
+use lumivox_studio::jobs::{Desk, Job, start};
+use lumivox_studio::opening::Told;
 
 use super::*;
 
@@ -22,9 +24,25 @@ fn a_dropped_folder_becomes_a_picture_of_the_patient() {
     let (mut studio, _) = launch(Settings { has_agreed: true, ..Settings::default() }, true);
     open(&mut studio, &[&scan]);
     wait(&mut studio, "it rests", |app| app.state.progress.rests);
+    // What is opened meanwhile and fails leaves strip and tiles as they are, and those that are left come.
+    wait(&mut studio, "a tile", |app| !app.state.tiles.is_empty());
+    let strip = &studio.state().state.strip;
+    let (series, study) = (strip.series[0].clone(), strip.study.clone().unwrap());
+    let wake = studio.state().wake().clone();
+    let fails = start("fails", wake, move |desk: &Desk<Told>| {
+        desk.tell(Told::Series { series: vec![series.clone(), series], chosen: 1, study });
+        desk.tell(Told::Failed("in a test".into()));
+    });
+    studio.state_mut().begin(fails);
+    wait(&mut studio, "it fails", |app| app.state.failed.is_some());
+    click(&mut studio, "Close");
+    let state = &studio.state().state;
+    assert_eq!((state.strip.series.len(), state.strip.chosen), (1, 0));
+    let known: Vec<_> = state.tiles.iter().map(|(look, tile)| (*look, tile.id())).collect();
     wait(&mut studio, "tiles", |app| app.state.looks.iter().all(|look| app.has_tile(*look)));
     let seen = screenshot(&mut studio, "05-opened");
     let state = &studio.state().state;
+    assert!(known.iter().all(|(look, tile)| state.tiles[look].id() == *tile), "no tile is made twice");
     let session = state.session.as_ref().unwrap();
     assert_eq!(state.failed, None);
     assert_eq!(session.document().volumes[0].look.preset, Some(Preset::default_for(session.scan())));
@@ -102,7 +120,6 @@ fn reading_is_cancelled_by_its_button(studio: &mut Studio, _: &Answers) {
 /// What panics beside the interface is told, and does not look as if nothing had been asked for.
 #[test]
 fn a_job_that_breaks_is_no_job_that_is_done() {
-    use lumivox_studio::jobs::{Desk, Job, start};
     let over = |mut job: Job<u8>| {
         let begin = Instant::now();
         let mut told = vec![];

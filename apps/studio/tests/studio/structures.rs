@@ -1,7 +1,9 @@
 //! Structures: found in the scan, and opened from a file.
 
-use lumivox_core::document::Style;
+use lumivox_core::document::{Labels, SceneDocument, Style};
 use lumivox_core::{LabelVolume, UNLABELLED};
+use lumivox_studio::state::Action;
+use lumivox_studio::words::Word;
 
 use super::*;
 
@@ -109,4 +111,54 @@ fn structures_are_found_and_opened_and_each_has_eye_colour_and_size() {
     click(studio, "Forget");
     settle(studio);
     assert!(labels(studio).is_none());
+}
+
+/// A copy of the document that wants such structures.
+fn with_labels(document: &SceneDocument, labels: Labels) -> Box<SceneDocument> {
+    let mut document = Box::new(document.clone());
+    document.volumes[0].labels = Some(labels);
+    document
+}
+
+#[test]
+fn what_is_cancelled_or_refused_while_it_is_found_leaves_the_scan_as_it_is_shown() {
+    let _alone = alone();
+    let (mut studio, _, folder) = with_head(24);
+    let studio = &mut studio;
+    let start = session(studio).document().clone();
+    let act = |studio: &mut Studio, actions: Vec<Action>| {
+        actions.into_iter().for_each(|action| studio.state_mut().state.act(action));
+        studio.run_steps(2);
+    };
+    // Both in one frame: nothing is found so soon.
+    let found = with_labels(&start, Labels::default());
+    act(studio, vec![Action::Change(Word::StructuresFind, found.clone()), Action::Cancel]);
+    assert!(studio.state().is_quiet() && labels(studio).is_none());
+    assert_eq!(session(studio).document(), &start);
+    // Back from there it is asked for once more.
+    undo(studio);
+    settle(studio);
+    assert_eq!(session(studio).document(), &*found);
+    assert!(labels(studio).is_some());
+    undo(studio);
+    settle(studio);
+    assert_eq!(session(studio).document(), &start);
+    assert!(labels(studio).is_none());
+
+    // What cannot be shown is as if it had never been asked for; what was changed meanwhile stays.
+    let gone = folder.path().join("gone.nrrd");
+    let refused = with_labels(&start, Labels { files: vec![gone], ..Labels::default() });
+    let mut brighter = refused.clone();
+    brighter.display.exposure = 1.5;
+    let changes = [(Word::StructuresOpen, refused), (Word::Exposure, brighter.clone())];
+    act(studio, changes.map(|(what, document)| Action::Change(what, document)).to_vec());
+    wait(studio, "it is told", |app| app.state.failed.is_some());
+    assert!(says(studio, "gone.nrrd"));
+    click(studio, "Close");
+    let wanted = SceneDocument { display: brighter.display, ..start.clone() };
+    assert_eq!(session(studio).document(), &wanted);
+    undo(studio);
+    settle(studio);
+    assert_eq!((session(studio).document(), session(studio).history().next()[0]), (&start, None));
+    assert!(studio.state().state.failed.is_none());
 }
