@@ -6,6 +6,7 @@
 //! are the host's: `native` or `web`.
 
 pub mod app;
+pub mod arrivals;
 pub mod darkroom;
 #[cfg_attr(target_family = "wasm", path = "web/errands.rs")]
 pub mod errands;

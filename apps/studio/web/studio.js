@@ -1,29 +1,31 @@
 // What of the page is easier said in the browser's own language: its dialogs, drops, downloads and Workers.
-import start, { Page } from './lumivox_studio.js';
+import start, { Page, place } from './lumivox_studio.js';
 
 /** What was given to the page: files by their paths, as handles. Whoever needs bytes reads them from where they lie. */
 const files = new Map();
-let arrivals = 0;
 
-/** Puts an arrival's files there, and gives the paths of what it is made of. Two files of one path are told from each other by
- * a folder around the later arrival, so that what belongs together stays together. */
-function arrive(pairs, tops) {
-    arrivals += 1;
-    const taken = new Set([...files.keys()].map((path) => path.split('/')[0]));
-    const folder = tops.some((top) => taken.has(top)) ? `${arrivals}/` : '';
-    for (const [path, file] of pairs) files.set(folder + path, file);
-    return tops.map((top) => folder + top);
+/** Puts an arrival's files there, and gives the paths of what it is made of: of loose files each by itself, or all as a folder. */
+function arrive(pairs, apart = false) {
+    const of = (what) => pairs.map(what);
+    const [before, ...tops] = place(of(([path]) => path), of(([, file]) => file.size), of(([, file]) => file.lastModified), apart);
+    for (const [path, file] of pairs) files.set(before + path, file);
+    return tops;
 }
+
+const EMPTY = 'there is no file in it';
 
 /** All files of a dropped file or folder. */
 async function gather(entry, path, pairs) {
+    const read = (way) => new Promise(way).catch((error) => {
+        throw new Error(`${path}: the browser cannot read it: ${error?.message ?? error}`);
+    });
     if (entry.isFile) {
-        pairs.push([path, await new Promise((done, failed) => entry.file(done, failed))]);
+        pairs.push([path, await read((done, failed) => entry.file(done, failed))]);
         return;
     }
     const reader = entry.createReader();
     for (;;) {
-        const some = await new Promise((done, failed) => reader.readEntries(done, failed));
+        const some = await read((done, failed) => reader.readEntries(done, failed));
         if (some.length === 0) return;
         for (const inner of some) await gather(inner, `${path}/${inner.name}`, pairs);
     }
@@ -54,8 +56,8 @@ async function compiled() {
     return WebAssembly.compile(await answer.arrayBuffer());
 }
 
-/** A dialog's files. */
-function choose(folder) {
+/** A dialog's files, or what a folder of one is made of. */
+function choose(folder, apart) {
     return new Promise((done) => {
         const input = document.createElement('input');
         input.type = 'file';
@@ -63,7 +65,8 @@ function choose(folder) {
         input.webkitdirectory = folder;
         input.onchange = () => {
             const pairs = [...input.files].map((file) => [file.webkitRelativePath || file.name, file]);
-            done(arrive(pairs, [...new Set(pairs.map(([path]) => path.split('/')[0]))]));
+            if (pairs.length === 0) window.studio.fail(`The folder: ${EMPTY}`);
+            done(arrive(pairs, apart));
         };
         input.oncancel = () => done([]);
         input.click();
@@ -89,13 +92,31 @@ function worker(module) {
             told(letter, bytes);
         };
         own.onmessage = ({ data: [letter, bytes] }) => hear(letter, bytes);
-        own.onerror = () => hear(null, []);
-        own.postMessage({ module, letter, bytes, files: [...files] }, bytes.map((part) => part.buffer));
+        own.onerror = own.onmessageerror = () => hear(null, []);
+        try {
+            own.postMessage({ module, letter, bytes, files: [...files] }, bytes.map((part) => part.buffer));
+        } catch (error) {
+            // Too much for the browser, perhaps. Whoever asked hears of it once it has asked.
+            console.error(error);
+            setTimeout(() => hear(null, []), 0);
+        }
         return () => {
             isOver = true;
             own.terminate();
         };
     };
+}
+
+/** What a drop is made of. */
+async function dropped(entries) {
+    const pairs = [];
+    for (const entry of entries) {
+        if (entry instanceof File) pairs.push([entry.name, entry]);
+        else if (entry) await gather(entry, entry.name, pairs);
+    }
+    // Words that are dragged here are no files, and nothing is said of them.
+    if (pairs.length === 0 && entries.length > 0) throw new Error(`${entries[0]?.name ?? 'The drop'}: ${EMPTY}`);
+    return pairs;
 }
 
 /** Before the interface hears of it, which would read all of it into memory, and no folders. */
@@ -106,14 +127,24 @@ function takeDrops(canvas, page) {
         canvas.dispatchEvent(new DragEvent('dragleave', { bubbles: true }));
         const entries = [...event.dataTransfer.items].filter((item) => item.kind === 'file')
             .map((item) => item.webkitGetAsEntry() ?? item.getAsFile());
-        const pairs = [];
-        for (const entry of entries) {
-            if (entry instanceof File) pairs.push([entry.name, entry]);
-            else if (entry) await gather(entry, entry.name, pairs);
+        try {
+            const pairs = await dropped(entries);
+            if (pairs.length > 0) page.bring(arrive(pairs));
+        } catch (error) {
+            page.fail(error.message);
         }
-        if (pairs.length > 0) page.bring(arrive(pairs, [...new Set(pairs.map(([path]) => path.split('/')[0]))]));
     }, { capture: true });
     window.addEventListener('dragover', (event) => event.preventDefault(), { capture: true });
+}
+
+/** A program that breaks leaves a picture that nothing moves any more: better words. */
+function tellBreaks(page) {
+    const look = (error) => {
+        const why = page.broken ?? (error instanceof WebAssembly.RuntimeError ? error.message : undefined);
+        if (why !== undefined) say(`The Studio broke, and has to be loaded again; what was not saved is lost. (${why})`);
+    };
+    window.addEventListener('error', ({ error }) => look(error));
+    window.addEventListener('unhandledrejection', ({ reason }) => look(reason));
 }
 
 async function run() {
@@ -125,8 +156,9 @@ async function run() {
     const hooks = { choose, save, work: worker(module), turn: () => new Promise((done) => setTimeout(done, 0)) };
     const page = await Page.open(canvas, hooks, found.software);
     takeDrops(canvas, page);
+    tellBreaks(page);
     window.addEventListener('beforeunload', (event) => {
-        if (page.isChanged) event.preventDefault();
+        if (page.hasWork) event.preventDefault();
     });
     window.studio = page;
     say();

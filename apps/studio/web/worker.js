@@ -11,3 +11,5 @@ onmessage = async ({ data: { module, letter, bytes, files } }) => {
         postMessage([null, []]);
     }
 };
+
+onmessageerror = () => postMessage([null, []]);

@@ -1,18 +1,18 @@
 //! Files that were given to the page, as its Worker reads them: from where they lie, piece by piece, never all at once.
 
 use std::cell::RefCell;
-use std::collections::{BTreeMap, BTreeSet};
 use std::ffi::OsString;
 use std::io::{self, Read, Seek, SeekFrom};
 use std::path::{Path, PathBuf};
 
 use js_sys::{Array, Uint8Array};
+use lumivox_import::files::ByPath;
 use lumivox_import::{Content, FileKind, Files};
 use wasm_bindgen::JsCast;
 use web_sys::{File, FileReaderSync};
 
 thread_local! {
-    static FILES: RefCell<BTreeMap<PathBuf, File>> = const { RefCell::new(BTreeMap::new()) };
+    static FILES: RefCell<ByPath<File>> = const { RefCell::new(ByPath::new()) };
 }
 
 /// Takes pairs of a path and a file.
@@ -22,63 +22,32 @@ pub(super) fn take(pairs: &Array) {
         for pair in pairs.iter() {
             let pair = Array::from(&pair);
             if let (Some(path), Ok(file)) = (pair.get(0).as_string(), pair.get(1).dyn_into::<File>()) {
-                files.insert(PathBuf::from(path), file);
+                files.put(Path::new(&path), file);
             }
         }
     });
 }
 
+fn length(file: &File) -> u64 {
+    file.size() as u64
+}
+
 /// What was given to the page.
 pub(super) struct Dropped;
 
-/// A path without detours.
-fn plain(path: &Path) -> PathBuf {
-    let mut plain = PathBuf::new();
-    for part in path.components() {
-        match part {
-            std::path::Component::CurDir => {}
-            std::path::Component::ParentDir => {
-                plain.pop();
-            }
-            part => plain.push(part),
-        }
-    }
-    plain
-}
-
 impl Files for Dropped {
     fn kind(&self, path: &Path) -> io::Result<FileKind> {
-        let path = plain(path);
-        FILES.with(|files| {
-            let files = files.borrow();
-            let below = |path: &PathBuf| {
-                files.range(path.clone()..).next().is_some_and(|(file, _)| file.starts_with(path))
-            };
-            match files.get(&path) {
-                Some(file) => Ok(FileKind::File(file.size() as u64)),
-                None if below(&path) => Ok(FileKind::Folder),
-                None => Err(io::ErrorKind::NotFound.into()),
-            }
-        })
+        FILES.with(|files| files.borrow().kind(path, length))
     }
 
     fn open(&self, path: &Path) -> io::Result<Box<dyn Content>> {
-        let path = plain(path);
-        let length = FILES.with(|files| files.borrow().get(&path).map(|file| file.size() as u64));
-        let length = length.ok_or(io::ErrorKind::NotFound)?;
+        let length = FILES.with(|files| files.borrow().get(path).map(length))?;
+        let path = path.to_owned();
         Ok(Box::new(Reader { path, length, position: 0, start: 0, piece: vec![], next: LEAST }))
     }
 
     fn names(&self, folder: &Path) -> io::Result<Vec<OsString>> {
-        let folder = plain(folder);
-        let names: BTreeSet<OsString> = FILES.with(|files| {
-            let files = files.borrow();
-            let of = |path: &PathBuf| {
-                Some(path.strip_prefix(&folder).ok()?.components().next()?.as_os_str().to_owned())
-            };
-            files.keys().filter_map(of).collect()
-        });
-        if names.is_empty() { Err(io::ErrorKind::NotFound.into()) } else { Ok(names.into_iter().collect()) }
+        FILES.with(|files| files.borrow().names(folder))
     }
 }
 
@@ -105,7 +74,7 @@ impl Reader {
         let unread = || io::Error::other("the browser does not read it; it may have been moved or changed");
         let bytes = FILES.with(|files| {
             let files = files.borrow();
-            let file = files.get(&self.path)?;
+            let file = files.get(&self.path).ok()?;
             let part = file.slice_with_f64_and_f64(self.position as f64, end as f64).ok()?;
             FileReaderSync::new().ok()?.read_as_array_buffer(&part).ok()
         });

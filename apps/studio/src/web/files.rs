@@ -23,12 +23,14 @@ pub fn save(file: &Path, writing: Writing<'_>) -> Result<(), String> {
     Ok(())
 }
 
-/// Gives somebody a scene's file. It names its scan's files as they were given to the page: whoever opens it gives both.
+/// Gives somebody a scene's file. It names its scan's files as they are called: whoever opens it gives both.
 ///
 /// # Errors
 /// A sentence that names the file.
 pub fn save_scene(file: &Path, document: &SceneDocument, _: &Scene) -> Result<(), String> {
     let unsaved = |why: &dyn std::fmt::Display| format!("{}: it cannot be saved: {why}", file.display());
+    let mut document = document.clone();
+    crate::web::with_arrivals(|all| all.name(&mut document)).map_err(|why| unsaved(&why))?;
     let text = document.to_json().map_err(|error| unsaved(&error))?;
     // Whoever opens it would say so: better now.
     SceneDocument::parse(&text).map_err(|error| unsaved(&error.why))?;

@@ -17,10 +17,12 @@ use wasm_bindgen::prelude::*;
 use wasm_bindgen_futures::JsFuture;
 
 use crate::app::{App, Choice, Chooser, Launch};
+use crate::arrivals::{Arrivals, Given};
 use crate::errands;
+use crate::session::Session;
 use crate::settings::{Drawer, Settings};
 use crate::state::{Action, Ask};
-use crate::words::Language;
+use crate::words::{Language, Word};
 
 pub(crate) use exposure::expose;
 pub(crate) use worker::{Arrived, leaving};
@@ -31,9 +33,9 @@ extern "C" {
     #[derive(Clone)]
     pub type Hooks;
 
-    /// A dialog that files or a folder are chosen in; the paths of what was.
+    /// A dialog that files or a folder are chosen in; the paths of what was. `apart` where each file is asked for by itself.
     #[wasm_bindgen(method)]
-    fn choose(this: &Hooks, folder: bool) -> Promise;
+    fn choose(this: &Hooks, folder: bool, apart: bool) -> Promise;
 
     /// Gives somebody a file, as a download.
     #[wasm_bindgen(method)]
@@ -66,6 +68,21 @@ impl Surroundings {
 
 thread_local! {
     static SURROUNDINGS: RefCell<Option<Surroundings>> = const { RefCell::new(None) };
+    static ARRIVALS: RefCell<Arrivals> = RefCell::default();
+}
+
+/// Where files that come together lie: what stands before each of their paths, and then the paths of what is opened.
+#[wasm_bindgen]
+pub fn place(paths: Vec<String>, sizes: Vec<f64>, changed: Vec<f64>, apart: bool) -> Vec<String> {
+    let numbers = sizes.into_iter().zip(changed);
+    let given = paths.into_iter().zip(numbers).map(|(path, (size, changed))| Given { path, size, changed });
+    let placed = ARRIVALS.with(|all| all.borrow_mut().place(&given.collect::<Vec<_>>(), apart));
+    [placed.before].into_iter().chain(placed.tops).collect()
+}
+
+/// What was given to the page.
+pub(crate) fn with_arrivals<T>(work: impl FnOnce(&Arrivals) -> T) -> T {
+    ARRIVALS.with(|all| work(&all.borrow()))
 }
 
 /// Works with what belongs to the page.
@@ -180,11 +197,25 @@ impl Page {
         }
     }
 
-    /// Whether something would be lost with the page.
-    #[wasm_bindgen(getter, js_name = isChanged)]
-    pub fn is_changed(&self) -> bool {
+    /// Says why files cannot be opened.
+    pub fn fail(&self, why: String) {
+        if let Some(mut app) = self.0.app_mut::<App>() {
+            app.state.failed = Some((Word::CannotOpen, why));
+            (app.wake())();
+        }
+    }
+
+    /// Whether work would be lost with the page.
+    #[wasm_bindgen(getter, js_name = hasWork)]
+    pub fn has_work(&self) -> bool {
         let app = self.0.app_mut::<App>();
-        app.is_some_and(|app| app.state.session.as_ref().is_some_and(crate::session::Session::is_changed))
+        app.is_some_and(|app| app.state.session.as_ref().is_some_and(Session::has_work))
+    }
+
+    /// How the program broke, if it did.
+    #[wasm_bindgen(getter)]
+    pub fn broken(&self) -> Option<String> {
+        self.0.panic_summary().map(|panic| panic.message())
     }
 
     /// How far it is, for programs: as JSON.
@@ -240,7 +271,8 @@ impl Chooser for Dialogs {
         match ask {
             Ask::Files | Ask::Folder | Ask::Labels | Ask::LabelFolder => {
                 // At once: browsers show dialogs only to who has just clicked.
-                let chosen = JsFuture::from(self.0.choose(matches!(ask, Ask::Folder | Ask::LabelFolder)));
+                let is_folder = matches!(ask, Ask::Folder | Ask::LabelFolder);
+                let chosen = JsFuture::from(self.0.choose(is_folder, *ask == Ask::Labels));
                 Box::pin(async move {
                     let paths = chosen.await.map(|paths| Array::from(&paths)).unwrap_or_default();
                     paths.iter().filter_map(|path| path.as_string().map(PathBuf::from)).collect()

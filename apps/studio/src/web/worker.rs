@@ -43,8 +43,9 @@ struct Post(Function);
 impl Post {
     fn say(&self, packer: &Packer, word: Word) {
         let posted = self.0.call2(&JsValue::NULL, &packer.letter(word).into(), &leaving(packer));
+        // Too much for the browser, perhaps: the page hears that the work stopped.
         if posted.is_err() {
-            super::complain("the page does not hear its Worker");
+            wasm_bindgen::throw_str("the page does not hear its Worker");
         }
     }
 }
@@ -53,6 +54,8 @@ impl Post {
 #[wasm_bindgen]
 pub fn work(letter: &str, bytes: &Array, files: &Array, post: Function) {
     super::begin();
+    // The page says that the work stopped; why is for programmers.
+    std::panic::set_hook(Box::new(|panic| super::complain(&panic.to_string())));
     // A Worker that does a second errand has them already.
     let _ = set_files(Box::new(Dropped));
     dropped::take(files);
