@@ -1,17 +1,24 @@
-// Keeps the page's files, so that it opens without a network. Another version is another cache.
-const CACHE = 'lumivox-studio-VERSION';
+// Keeps the page's files, so that it opens without a network. Another version is another cache; so is the same page below another path.
+const OWN = `lumivox-studio ${registration.scope} `;
+const CACHE = `${OWN}VERSION`;
 const FILES = ['./', 'index.html', 'studio.css', 'studio.js', 'worker.js', 'lumivox_studio.js', 'lumivox_studio_bg.wasm', 'manifest.webmanifest', 'icon.svg'];
 
-oninstall = (event) => event.waitUntil(caches.open(CACHE).then((cache) => cache.addAll(FILES)));
+// From the server: what the browser has kept of them may be of the version before.
+const keep = async () => (await caches.open(CACHE)).addAll(FILES.map((file) => new Request(file, { cache: 'reload' })));
+
+oninstall = (event) => event.waitUntil(keep());
 
 onactivate = (event) => event.waitUntil((async () => {
     for (const name of await caches.keys()) {
-        if (name.startsWith('lumivox-studio-') && name !== CACHE) await caches.delete(name);
+        if (name.startsWith(OWN) && name !== CACHE) await caches.delete(name);
     }
     await clients.claim();
 })());
 
 onfetch = (event) => {
-    if (event.request.method !== 'GET' || new URL(event.request.url).origin !== location.origin) return;
-    event.respondWith(caches.open(CACHE).then(async (cache) => await cache.match(event.request) ?? fetch(event.request)));
+    const { method, mode, url } = event.request;
+    if (method !== 'GET' || new URL(url).origin !== location.origin) return;
+    // Whatever stands behind `?`, the page is the same.
+    const options = { ignoreSearch: mode === 'navigate' };
+    event.respondWith(caches.open(CACHE).then(async (cache) => await cache.match(event.request, options) ?? fetch(event.request)));
 };

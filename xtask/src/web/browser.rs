@@ -40,6 +40,8 @@ pub struct Browser {
     profile: PathBuf,
     asked: u64,
     session: Option<String>,
+    /// Sessions of the page's Workers, and of its service worker, each with its kind.
+    pub workers: Vec<(String, String)>,
     /// What it told without being asked, the oldest first.
     pub events: VecDeque<Value>,
 }
@@ -71,13 +73,20 @@ impl Browser {
                 }
             }
         });
-        let mut browser = Self { child, to, from, profile, asked: 0, session: None, events: VecDeque::new() };
+        let (session, workers, events) = (None, vec![], VecDeque::new());
+        let mut browser = Self { child, to, from, profile, asked: 0, session, workers, events };
         let targets = browser.ask("Target.getTargets", json!({}))?;
         let is_page = |target: &&Value| target["type"] == "page";
         let page = targets["targetInfos"].as_array().into_iter().flatten().find(is_page);
         let page = page.ok_or("the browser has no page")?["targetId"].clone();
         let attached = browser.ask("Target.attachToTarget", json!({ "targetId": page, "flatten": true }))?;
+        // What belongs to the whole browser is asked for before there is a session. They wait until somebody listens.
+        let mut attach = json!({ "autoAttach": true, "waitForDebuggerOnStart": true, "flatten": true });
+        let page_attach = attach.clone();
+        attach["filter"] = json!([{ "type": "service_worker" }]);
+        browser.ask("Target.setAutoAttach", attach)?;
         browser.session = attached["sessionId"].as_str().map(str::to_owned);
+        browser.ask("Target.setAutoAttach", page_attach)?;
         for domain in ["Page", "Runtime", "Network", "Log"] {
             browser.ask(&format!("{domain}.enable"), json!({}))?;
         }
@@ -86,29 +95,58 @@ impl Browser {
         Ok(browser)
     }
 
-    /// Asks for something, and waits for the answer.
+    /// Asks the page for something, and waits for the answer.
     pub fn ask(&mut self, method: &str, params: Value) -> Result<Value, String> {
+        let session = self.session.clone();
+        self.ask_in(session.as_deref(), method, params)
+    }
+
+    fn send(&mut self, session: Option<&str>, method: &str, params: Value) -> Result<u64, String> {
         self.asked += 1;
         let mut message = json!({ "id": self.asked, "method": method, "params": params });
-        if let Some(session) = &self.session {
+        if let Some(session) = session {
             message["sessionId"] = json!(session);
         }
         let mut bytes = message.to_string().into_bytes();
         bytes.push(0);
         self.to.write_all(&bytes).map_err(|error| format!("the browser is gone: {error}"))?;
+        Ok(self.asked)
+    }
+
+    fn ask_in(&mut self, session: Option<&str>, method: &str, params: Value) -> Result<Value, String> {
+        let asked = self.send(session, method, params)?;
         let begin = Instant::now();
         loop {
             let Some(message) = self.next(LONGEST.saturating_sub(begin.elapsed()))? else {
                 return Err(format!("the browser does not answer {method}"));
             };
-            if message["id"] == json!(self.asked) {
+            if message["id"] == json!(asked) {
                 return match message.get("error") {
                     Some(error) => Err(format!("{method}: {error}")),
                     None => Ok(message["result"].clone()),
                 };
             }
-            self.events.push_back(message);
+            if message["method"] == "Target.attachedToTarget" {
+                self.listen_to(&message["params"])?;
+            }
+            // Answers that nobody waits for are not kept.
+            if message.get("id").is_none() {
+                self.events.push_back(message);
+            }
         }
+    }
+
+    /// A Worker begins: what it asks for is told, too, from its first request on.
+    fn listen_to(&mut self, attached: &Value) -> Result<(), String> {
+        let Some(session) = attached["sessionId"].as_str() else { return Ok(()) };
+        let kind = attached["targetInfo"]["type"].as_str().unwrap_or_default();
+        if kind.ends_with("worker") {
+            self.workers.push((kind.to_owned(), session.to_owned()));
+        }
+        for method in ["Network.enable", "Runtime.enable", "Log.enable", "Runtime.runIfWaitingForDebugger"] {
+            self.send(Some(session), method, json!({}))?;
+        }
+        Ok(())
     }
 
     fn next(&mut self, within: Duration) -> Result<Option<Value>, String> {
@@ -121,8 +159,14 @@ impl Browser {
 
     /// What an expression is, of the page.
     pub fn evaluate(&mut self, expression: &str) -> Result<Value, String> {
+        let session = self.session.clone();
+        self.evaluate_in(session.as_deref(), expression)
+    }
+
+    /// What it is in another session.
+    pub fn evaluate_in(&mut self, session: Option<&str>, expression: &str) -> Result<Value, String> {
         let asked = json!({ "expression": expression, "returnByValue": true, "awaitPromise": true });
-        let answer = self.ask("Runtime.evaluate", asked)?;
+        let answer = self.ask_in(session, "Runtime.evaluate", asked)?;
         match answer.get("exceptionDetails") {
             Some(wrong) => Err(format!("{expression}: {wrong}")),
             None => Ok(answer["result"]["value"].clone()),

@@ -1,7 +1,10 @@
 //! What a person would do with the page, and what is seen of it.
 
 use std::fs;
-use std::path::Path;
+use std::io::ErrorKind;
+use std::path::{Path, PathBuf};
+use std::sync::atomic::Ordering;
+use std::sync::{Arc, PoisonError};
 use std::thread;
 use std::time::{Duration, Instant};
 
@@ -10,7 +13,7 @@ use serde_json::{Value, json};
 use crate::package::archive::Files;
 
 use super::browser::Browser;
-use super::serve::{answer_all, listen};
+use super::serve::{Served, answer_all, listen};
 
 /// A processor that does a GPU's work, of which others want some, too.
 const PATIENCE: Duration = Duration::from_secs(100);
@@ -29,6 +32,7 @@ const NOTHING: Part = [250, 90, 330, 160];
 const SLICE: Part = [740, 80, 940, 260];
 
 pub fn run(folder: &Path, program: &Path, scan: &Path, pictures: &Path) -> Result<(), String> {
+    names_no_folder(folder)?;
     fs::create_dir_all(pictures).map_err(|error| format!("{}: {error}", pictures.display()))?;
     let archive = std::path::absolute(pictures.join("scan.zip"));
     let archive = archive.map_err(|error| error.to_string())?;
@@ -36,21 +40,43 @@ pub fn run(folder: &Path, program: &Path, scan: &Path, pictures: &Path) -> Resul
     files.add_folder("head/", scan, &|_| true)?;
     fs::write(&archive, files.zip(DATE)?).map_err(|error| format!("{}: {error}", archive.display()))?;
     let (listener, address) = listen(0)?;
-    let served = folder.to_owned();
-    thread::spawn(move || answer_all(&listener, &served));
+    let served = Arc::new(Served::of(folder)?);
+    let answering = served.clone();
+    thread::spawn(move || answer_all(&listener, &answering));
     let mut browser = Browser::start(program)?;
-    let mut trial = Trial { browser: &mut browser, address, pictures };
+    let mut trial = Trial { browser: &mut browser, address, served, pictures };
     trial.first_start()?;
     trial.phantom()?;
     trial.dropped(&archive)?;
+    trial.pair()?;
+    trial.empty_folder()?;
     trial.is_quiet()?;
+    trial.is_held()?;
     trial.offline()?;
+    trial.broken()?;
     trial.without_webgpu()
+}
+
+/// A page tells nobody where it was made.
+fn names_no_folder(folder: &Path) -> Result<(), String> {
+    let file = folder.join("lumivox_studio_bg.wasm");
+    let program = fs::read(&file).map_err(|error| format!("{}: {error}", file.display()))?;
+    let home = std::env::var_os("HOME").map(PathBuf::from);
+    let cargo = std::env::var_os("CARGO_HOME").map(PathBuf::from).or(home.map(|home| home.join(".cargo")));
+    for own in [Some(crate::root()?), cargo].into_iter().flatten() {
+        let name = own.to_string_lossy();
+        // A root of files is in every path.
+        if name.len() > 1 && program.windows(name.len()).any(|part| part == name.as_bytes()) {
+            return Err(format!("{} names {name}, where it was made", file.display()));
+        }
+    }
+    Ok(())
 }
 
 struct Trial<'a> {
     browser: &'a mut Browser,
     address: String,
+    served: Arc<Served>,
     pictures: &'a Path,
 }
 
@@ -96,6 +122,59 @@ impl Trial<'_> {
         if longest > LONGEST_FREEZE {
             return Err(format!("for {longest:.0} ms the page could do nothing else"));
         }
+        Ok(())
+    }
+
+    /// A header and its samples, dropped side by side; a scene of them names the header as it is called, and finds it again.
+    fn pair(&mut self) -> Result<(), String> {
+        let file =
+            |name: &str| std::path::absolute(self.pictures.join(name)).map_err(|error| error.to_string());
+        let [header, samples, scene] = [file("ball.nhdr")?, file("ball.raw")?, file("ball.lumivox")?];
+        let write = |file: &Path, bytes: &[u8]| {
+            fs::write(file, bytes).map_err(|error| format!("{}: {error}", file.display()))
+        };
+        let text = "NRRD0004\ntype: uint8\ndimension: 3\nsizes: 24 24 24\nspacings: 1 1 1\nencoding: raw\n\
+                    data file: ball.raw\n";
+        write(&header, text.as_bytes())?;
+        let voxel = |at: usize| {
+            let squares = [at % 24, at / 24 % 24, at / 576].map(|c| (c as f64 - 11.5).powi(2));
+            (400.0 - squares.iter().sum::<f64>() * 3.0).clamp(0.0, 255.0) as u8
+        };
+        write(&samples, &(0..24 * 24 * 24).map(voxel).collect::<Vec<_>>())?;
+        self.browser.drop_files(&[&samples, &header], 500.0, 400.0)?;
+        self.shown("[24, 24, 24]", "the header with its samples")?;
+        self.seen("4-pair")?;
+        let keep = "URL.createObjectURL = (make => blob => make.call(URL, window.saved = blob))(URL.createObjectURL)";
+        self.browser.evaluate(&format!("{keep}; true"))?;
+        for kind in ["keyDown", "keyUp"] {
+            let key = json!({ "type": kind, "key": "s", "code": "KeyS", "windowsVirtualKeyCode": 83, "modifiers": 2 });
+            self.browser.ask("Input.dispatchKeyEvent", key)?;
+        }
+        self.browser.wait("window.saved !== undefined", PATIENCE)?;
+        let saved = self.browser.evaluate("window.saved.text()")?;
+        let saved = saved.as_str().unwrap_or_default();
+        let document: Value = serde_json::from_str(saved).map_err(|error| format!("{error}: {saved}"))?;
+        let files = &document["volumes"][0]["scan"]["files"];
+        if *files != json!(["ball.nhdr"]) {
+            return Err(format!("the scene names {files}, and not ball.nhdr"));
+        }
+        write(&scene, saved.as_bytes())?;
+        self.browser.evaluate("window.studio.phantom(16)")?;
+        self.shown("[16, 16, 16]", "another phantom")?;
+        self.browser.drop_files(&[&scene], 500.0, 400.0)?;
+        self.shown("[24, 24, 24]", "the saved scene")
+    }
+
+    /// What cannot be opened is told.
+    fn empty_folder(&mut self) -> Result<(), String> {
+        let folder = std::path::absolute(self.pictures.join("empty")).map_err(|error| error.to_string())?;
+        fs::create_dir_all(&folder).map_err(|error| format!("{}: {error}", folder.display()))?;
+        self.browser.drop_files(&[&folder], 500.0, 400.0)?;
+        self.browser
+            .wait("JSON.parse(window.studio.told()).failed === 'empty: there is no file in it'", PATIENCE)?;
+        thread::sleep(Duration::from_secs(2));
+        self.seen("5-empty-folder")?;
+        println!("web: an empty folder is told of");
         Ok(())
     }
 
@@ -148,6 +227,7 @@ impl Trial<'_> {
     /// Nothing was asked of anybody else, and nothing complained of.
     fn is_quiet(&mut self) -> Result<(), String> {
         let (mut asked, mut wrong) = (0, vec![]);
+        let mut of_workers = 0;
         for event in &self.browser.events {
             let of = &event["params"];
             match event["method"].as_str().unwrap_or_default() {
@@ -157,6 +237,9 @@ impl Trial<'_> {
                         url.starts_with(&self.address) || url.starts_with("blob:") || url == "about:blank";
                     let is_get = of["request"]["method"] == "GET";
                     asked += 1;
+                    let is_of = |worker: &&(String, String)| event["sessionId"] == worker.1;
+                    let worker = self.browser.workers.iter().find(is_of);
+                    of_workers += usize::from(worker.is_some_and(|worker| worker.0 == "service_worker"));
                     if !is_own || !is_get {
                         wrong.push(format!("it asks for {url}"));
                     }
@@ -167,21 +250,78 @@ impl Trial<'_> {
                 _ => {}
             }
         }
-        println!("web: {asked} requests, all for its own files");
+        // It has fetched all that it keeps: else nobody would have looked at it.
+        if of_workers < 5 {
+            wrong.push(format!("of its service worker {of_workers} requests were seen"));
+        }
+        println!("web: {asked} requests, all for its own files, {of_workers} of them its service worker's");
         if wrong.is_empty() { Ok(()) } else { Err(format!("the page is not quiet:\n{}", wrong.join("\n"))) }
+    }
+
+    /// Worker and service worker can ask nobody else either, whatever program there was in them.
+    fn is_held(&mut self) -> Result<(), String> {
+        let (stranger, url) = listen(0)?;
+        stranger.set_nonblocking(true).map_err(|error| error.to_string())?;
+        self.browser.evaluate("window.idle = new Worker('worker.js', { type: 'module' }); true")?;
+        for kind in ["worker", "service_worker"] {
+            let ask = format!("fetch('{url}', {{ mode: 'no-cors' }}).then(() => 'sent', () => 'refused')");
+            let outcome = self.in_worker(kind, &ask)?;
+            let is_asked = !stranger.accept().is_err_and(|error| error.kind() == ErrorKind::WouldBlock);
+            if outcome != json!("refused") || is_asked {
+                return Err(format!("its {kind} asks a stranger: {outcome}"));
+            }
+        }
+        self.browser.evaluate("window.idle.terminate(); true")?;
+        println!("web: its Workers ask nobody else");
+        Ok(())
+    }
+
+    /// What an expression is in the newest Worker of a kind. One that has just begun is heard of later, and one that has ended
+    /// answers nothing.
+    fn in_worker(&mut self, kind: &str, expression: &str) -> Result<Value, String> {
+        let begin = Instant::now();
+        loop {
+            self.browser.evaluate("true")?;
+            let worker = self.browser.workers.iter().rev().find(|worker| worker.0 == kind).cloned();
+            let outcome = match worker {
+                Some((_, session)) => self.browser.evaluate_in(Some(&session), expression),
+                None => Err(format!("the page has no {kind}")),
+            };
+            if outcome.is_ok() || begin.elapsed() > PATIENCE {
+                return outcome;
+            }
+            thread::sleep(Duration::from_millis(200));
+        }
     }
 
     fn offline(&mut self) -> Result<(), String> {
         self.browser.wait("navigator.serviceWorker.controller !== null", PATIENCE)?;
-        let cut = json!({ "offline": true, "latency": 0, "downloadThroughput": -1, "uploadThroughput": -1 });
-        self.browser.ask("Network.emulateNetworkConditions", cut)?;
+        self.served.is_cut.store(true, Ordering::Relaxed);
         // What is open is not changed: nobody is asked whether to leave.
         self.go("studio/?offline")?;
         self.browser.wait("location.search === '?offline' && window.studio !== undefined", PATIENCE)?;
+        self.served.is_cut.store(false, Ordering::Relaxed);
+        let mut asked = self.served.asked_in_vain.lock().unwrap_or_else(PoisonError::into_inner).clone();
+        // Browsers look by themselves whether there is another version.
+        asked.retain(|target| target != "/studio/offline.js");
+        if !asked.is_empty() {
+            return Err(format!("without a network it asks for {}", asked.join(", ")));
+        }
         println!("web: it opens without a network, too");
-        let back =
-            json!({ "offline": false, "latency": 0, "downloadThroughput": -1, "uploadThroughput": -1 });
-        self.browser.ask("Network.emulateNetworkConditions", back).map(|_| ())
+        Ok(())
+    }
+
+    /// A page without a clock, by which the interface's library breaks: it says so where the picture was.
+    fn broken(&mut self) -> Result<(), String> {
+        self.browser.evaluate("Object.defineProperty(window, 'performance', { value: undefined }); true")?;
+        let moved = json!({ "type": "mouseMoved", "x": 500, "y": 400 });
+        self.browser.ask("Input.dispatchMouseEvent", moved)?;
+        let words = "!document.getElementById('told').hidden && \
+                     document.getElementById('words').textContent.includes('The Studio broke')";
+        self.browser.wait(words, PATIENCE)?;
+        self.seen("6-broken")?;
+        println!("web: a program that breaks says so");
+        Ok(())
     }
 
     fn without_webgpu(&mut self) -> Result<(), String> {
@@ -190,7 +330,7 @@ impl Trial<'_> {
         self.go("studio/?without")?;
         let words = "location.search === '?without' && document.getElementById('words')?.textContent.includes('has no WebGPU')";
         self.browser.wait(words, PATIENCE)?;
-        self.seen("4-without-webgpu")?;
+        self.seen("7-without-webgpu")?;
         println!("web: a browser without WebGPU is told so");
         Ok(())
     }
