@@ -126,7 +126,7 @@ fn a_click_on_the_cube_turns_to_that_side() {
 
     // Its sides are the patient's, however that lies in the world, and so are those that buttons frame.
     let placed = session(studio).scene().0.volumes[0].world_from_patient;
-    let turned = world_rows(DAffine3::from_rotation_y(0.5) * placed);
+    let turned = world_rows(DAffine3::from_rotation_y(1.0) * placed);
     studio.state_mut().state.change(Word::Camera, |document| {
         document.volumes[0].world_from_patient = Some(turned);
     });

@@ -85,8 +85,7 @@ fn lengths_angles_and_regions_are_those_of_the_phantom() {
     let folder = tempfile::tempdir().unwrap();
     let scan = block(folder.path());
     let (mut studio, answers) = studio();
-    drop_files(&mut studio, &[&scan]);
-    wait(&mut studio, "it is read", |app| app.state.session.is_some());
+    open(&mut studio, &[&scan]);
     click(&mut studio, "All that was scanned");
     click(&mut studio, "Front");
     settle(&mut studio);
@@ -211,8 +210,7 @@ fn lengths_angles_and_regions_are_those_of_the_phantom() {
     answers.next(&scene);
     click(studio, "Save scene…");
     settle(studio);
-    drop_files(studio, &[&scene]);
-    settle(studio);
+    open(studio, &[&scene]);
     let back = session(studio).document();
     assert_eq!(back.measurements, before.measurements);
 }

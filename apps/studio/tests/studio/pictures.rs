@@ -49,8 +49,7 @@ fn a_saved_scene_is_the_exported_picture_and_comes_back() {
     let folder = tempfile::tempdir().unwrap();
     let scan = head(folder.path(), 32);
     let (mut studio, answers) = studio();
-    drop_files(&mut studio, &[&scan]);
-    wait(&mut studio, "it is read", |app| app.state.session.is_some());
+    open(&mut studio, &[&scan]);
     click(&mut studio, "Bone");
     // A small picture, of few samples, turned.
     click(&mut studio, "Left");
