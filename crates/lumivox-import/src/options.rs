@@ -8,8 +8,8 @@ use crate::{axes::PatientAxes, layout::ArrayLayout, raw_description::RawDescript
 #[derive(Clone, Debug, Default)]
 #[non_exhaustive]
 pub struct ImportOptions {
-    /// A 1-based position in [`ImportReport::series`](crate::ImportReport::series), else a DICOM SeriesInstanceUID, else a series number that no
-    /// other series has; `None` takes the first, which is the best.
+    /// A 1-based position in [`ImportReport::series`](crate::ImportReport::series), else an [id](crate::SeriesSummary::id) there, as a DICOM
+    /// SeriesInstanceUID, else a series number that no other series has; `None` takes the first, which is the best.
     pub series: Option<String>,
     /// Which phase of a series with several, counted from 1; `None` takes the first that is whole.
     pub phase: Option<usize>,

@@ -22,7 +22,8 @@ pub struct Imported {
 #[derive(Clone, Debug, Default, Serialize, Deserialize)]
 #[non_exhaustive]
 pub struct SeriesSummary {
-    /// SeriesInstanceUID, or the file's name where there is none. A file's name may be a patient's.
+    /// SeriesInstanceUID, or the file's name where there is none; of several with one in common the second is `ID#2`. A file's name may
+    /// be a patient's.
     pub id: String,
     /// What to call it where files and folders may be named by the patient: `CT series 4`, `PET`, `NIfTI scan`.
     pub name: String,

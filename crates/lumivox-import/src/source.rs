@@ -55,7 +55,9 @@ pub(crate) fn whole(path: &Path) -> PathBuf {
 /// What a document says of what was loaded of these files. Which series it was is said where there were several.
 pub(crate) fn scan(paths: &[PathBuf], options: &ImportOptions, report: &ImportReport) -> Scan {
     let chosen = report.series.get(report.chosen).filter(|_| report.series.len() > 1);
-    let series = chosen.map(|series| series.uid.clone().unwrap_or_else(|| (report.chosen + 1).to_string()));
+    // A file's name may be a patient's.
+    let place = || (report.chosen + 1).to_string();
+    let series = chosen.map(|series| series.uid.as_ref().map_or_else(place, |_| series.id.clone()));
     Scan {
         files: paths.iter().map(|path| whole(path)).collect(),
         series: series.or_else(|| options.series.clone()),

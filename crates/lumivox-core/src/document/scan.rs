@@ -17,7 +17,8 @@ pub struct Scan {
     #[serde(default)]
     #[cfg_attr(test, schemars(length(min = 1), inner(length(min = 1))))]
     pub files: Vec<PathBuf>,
-    /// Which series of several: its UID, its place in the list from 1, or a number that no other has; of pictures the channel.
+    /// Which series of several: its UID (`UID#2` for the second with that in common), its place in the list from 1, or a number that no
+    /// other has; of pictures the channel.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub series: Option<String>,
     /// Which phase of several, from 1.

@@ -122,6 +122,7 @@ impl Study {
             let others = (0..self.stacks.len()).filter(|&k| k != place && frame(k) == Some(own));
             summary.aligned_series = others.collect();
         }
+        stacks::name_apart(&mut summaries);
         summaries
     }
 

@@ -37,13 +37,25 @@ fn series_do_not_mix_and_can_be_chosen() {
     let skipped: Vec<_> = imported.report.skipped.iter().map(|s| s.reason.as_str()).collect();
     assert_eq!(skipped.len(), 2);
     assert!(!format!("{:?}", imported.report).contains("SECRET"));
-    for (wanted, id, slices) in
-        [("1.2.4", "1.2.4", 2), ("44", "1.2.4", 2), ("1.2.3", "1.2.3", 3), ("1", "1.2.3", 3)]
-    {
+    for (wanted, id, slices) in [
+        ("1.2.4", "1.2.4", 2),
+        ("44", "1.2.4", 2),
+        ("1.2.3", "1.2.3", 3),
+        ("1", "1.2.3", 3),
+        ("1.2.3#2", "1.2.3#2", 2),
+        ("4", "1.2.3#3", 1),
+    ] {
         let imported = load_series(folder.path(), Some(wanted)).unwrap();
         assert_eq!(imported.report.series[imported.report.chosen].id, id, "{wanted}");
         assert_eq!(imported.volume.dims()[2], slices, "{wanted}");
         assert_field(&imported.volume, 0.0);
+        // A scene of it opens the same part of the same series.
+        let said = imported.volume.source().unwrap().series.clone().unwrap();
+        let again = load_series(folder.path(), Some(&said)).unwrap();
+        assert_eq!((said.as_str(), again.report.chosen), (id, imported.report.chosen), "{wanted}");
+    }
+    for gone in ["1.2.3#0", "1.2.3#1x", "1.2.3#4", "#2"] {
+        assert!(load_series(folder.path(), Some(gone)).is_err(), "{gone}");
     }
     // Two volumes of one series.
     match load_series(folder.path(), Some("7")).unwrap_err() {

@@ -18,6 +18,7 @@ use crate::{
             stack::{Phase, Stack, alike, shown_id},
         },
     },
+    report::SeriesSummary,
     report::SkippedFile,
 };
 
@@ -217,17 +218,40 @@ fn stack_group(
     }
 }
 
+/// What stands before the number of a part.
+const PART: char = '#';
+
+/// Gives each series an id of its own: of those that have one in common, as the planes of a localizer and the kinds of an MR have, the
+/// second of the list is `ID#2`.
+pub(crate) fn name_apart(series: &mut [SeriesSummary]) {
+    let mut known: HashMap<String, usize> = HashMap::new();
+    for one in series {
+        let count = known.entry(one.id.clone()).or_default();
+        *count += 1;
+        if *count > 1 {
+            one.id = format!("{}{PART}{count}", one.id);
+        }
+    }
+}
+
 /// The positions of the stacks that `wanted` names: none, the one that is meant, or several that it cannot tell apart.
 ///
 /// The 1-based position counts first, since it is what a list of the series shows; then SeriesInstanceUID (or what is
-/// shown in its place), whose best stack is taken; then the series number.
+/// shown in its place), whose best stack is taken, or the one that is [named](name_apart) by it; then the series number.
 pub(crate) fn choose(stacks: &[Stack], files: &[ImageFile], wanted: &str) -> Vec<usize> {
     let wanted = wanted.trim();
     let position = wanted.parse::<usize>().ok().and_then(|position| position.checked_sub(1));
     if let Some(index) = position.filter(|&index| index < stacks.len()) {
         return vec![index];
     }
-    if let Some(index) = stacks.iter().position(|stack| shown_id(stack.first(files)) == wanted) {
+    let of_id = |id: &str, part: usize| {
+        (0..stacks.len()).filter(|&k| shown_id(stacks[k].first(files)) == id).nth(part.checked_sub(1)?)
+    };
+    let of_part = || {
+        let (id, part) = wanted.rsplit_once(PART)?;
+        of_id(id, part.parse().ok()?)
+    };
+    if let Some(index) = of_id(wanted, 1).or_else(of_part) {
         return vec![index];
     }
     let Ok(number) = wanted.parse::<i64>() else { return Vec::new() };
