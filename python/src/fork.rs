@@ -10,7 +10,7 @@ use pyo3::PyResult;
 use pyo3::prelude::*;
 use rayon::ThreadPool;
 
-use crate::errors;
+use crate::{ending, errors};
 
 /// The process that imported this.
 static IMPORTED: OnceLock<u32> = OnceLock::new();
@@ -37,6 +37,11 @@ pub fn imported() {
     let _ = IMPORTED.set(process());
 }
 
+/// Whether this is another process than the one that imported this.
+pub fn is_forked() -> bool {
+    IMPORTED.get().is_some_and(|imported| *imported != process())
+}
+
 /// Does work that may use all cores.
 pub fn on_all_cores<T: Send>(work: impl FnOnce() -> T + Send) -> T {
     match own() {
@@ -47,15 +52,15 @@ pub fn on_all_cores<T: Send>(work: impl FnOnce() -> T + Send) -> T {
 
 /// [`on_all_cores`], without the interpreter's lock.
 pub fn detach<T: Send>(py: Python<'_>, work: impl FnOnce() -> T + Send) -> T {
-    py.detach(|| on_all_cores(work))
+    ending::detach(py, || on_all_cores(work))
 }
 
 /// The pool of a forked process; `None` in one that was not.
 fn own() -> Option<&'static ThreadPool> {
-    let process = process();
-    if IMPORTED.get().is_none_or(|imported| *imported == process) {
+    if !is_forked() {
         return None;
     }
+    let process = process();
     let there = OWN.load(Ordering::Acquire);
     // SAFETY: what is published there is never freed, and never changes.
     if let Some(own) = unsafe { there.as_ref() }

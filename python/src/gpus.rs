@@ -12,6 +12,7 @@ use lumivox_wgpu::{Gpu, GpuDescription, HeadlessRenderer, MovingView, Outcome, R
 use pyo3::prelude::*;
 
 use crate::description::{Camera, Request, Scene};
+use crate::ending;
 use crate::errors;
 use crate::film::Film;
 use crate::fork;
@@ -37,7 +38,7 @@ fn device(gpu: GpuDescription) -> Device {
 #[pyfunction]
 pub fn gpus(py: Python<'_>) -> PyResult<Vec<Device>> {
     fork::use_gpus()?;
-    Ok(py.detach(Gpu::list).into_iter().map(device).collect())
+    Ok(ending::detach(py, Gpu::list).into_iter().map(device).collect())
 }
 
 /// Which device: by place in the list, or by a part of its name.
@@ -147,7 +148,7 @@ impl Renderer {
     #[new]
     fn new(py: Python<'_>, gpu: Option<Which>) -> PyResult<Self> {
         fork::use_gpus()?;
-        let opened = py.detach(|| match &gpu {
+        let opened = ending::detach(py, || match &gpu {
             Some(Which::Index(index)) => Gpu::open_at(*index),
             Some(Which::Name(name)) => Gpu::open(Some(name)),
             None => Gpu::open(None),
@@ -197,7 +198,7 @@ impl Renderer {
     ) -> PyResult<Still> {
         fork::use_gpus()?;
         let (scene, camera, request) = (scene.build()?, camera.build(), request.build()?);
-        let began = py.detach(|| {
+        let began = ending::detach(py, || {
             let mut opened = lock(&slf.get().opened);
             let Opened { gpu, .. } = &mut *opened;
             // One of its own: others may render other scenes meanwhile.
@@ -246,7 +247,7 @@ impl Still {
         if fork::use_gpus().is_err() {
             return;
         }
-        py.detach(|| {
+        ending::detach(py, || {
             let Some((renderer, still)) = lock(&self.under_way).take() else { return };
             let mut opened = lock(&self.renderer.get().opened);
             still.end(&mut opened.gpu);
@@ -279,7 +280,7 @@ impl Moving {
     ) -> PyResult<Option<(Film, f64)>> {
         fork::use_gpus()?;
         let (scene, camera) = (scene.build()?, camera.build());
-        let pictured = py.detach(|| {
+        let pictured = ending::detach(py, || {
             let begin = Moment::now();
             let mut opened = lock(&self.renderer.get().opened);
             let mut view = lock(&self.view);
@@ -295,7 +296,7 @@ impl Moving {
         if fork::use_gpus().is_err() {
             return;
         }
-        py.detach(|| {
+        ending::detach(py, || {
             let Some(view) = lock(&self.view).take() else { return };
             view.free(&mut lock(&self.renderer.get().opened).gpu);
         });

@@ -6,6 +6,7 @@
 
 mod clip_shapes;
 mod description;
+mod ending;
 mod errors;
 mod film;
 mod fork;
@@ -56,9 +57,9 @@ mod _native {
     const __version__: &str = env!("CARGO_PKG_VERSION");
 
     #[pymodule_init]
-    fn init(_module: &Bound<'_, PyModule>) -> PyResult<()> {
+    fn init(module: &Bound<'_, PyModule>) -> PyResult<()> {
         crate::gpus::quiet_mesa();
         crate::fork::imported();
-        Ok(())
+        crate::ending::imported(module)
     }
 }

@@ -9,6 +9,7 @@ use numpy::{PyArrayLike2, PyArrayLike3, PyUntypedArrayMethods};
 use pyo3::prelude::*;
 use pyo3::types::PyBytes;
 
+use crate::ending;
 use crate::errors;
 
 /// 8-bit pixels (rows, columns, 4) as a PNG: without alpha where all of it is opaque.
@@ -18,7 +19,8 @@ pub fn encode_png<'py>(py: Python<'py>, rgba: PyArrayLike3<'py, u8>) -> PyResult
         return Err(errors::value("pixels must be (rows, columns, 4)"));
     };
     let pixels: Vec<u8> = rgba.as_array().iter().copied().collect();
-    let bytes = py.detach(|| png_bytes(&pixels, width as u32, height as u32)).map_err(errors::value)?;
+    let bytes =
+        ending::detach(py, || png_bytes(&pixels, width as u32, height as u32)).map_err(errors::value)?;
     Ok(PyBytes::new(py, &bytes))
 }
 
@@ -60,7 +62,7 @@ pub fn encode_exr<'py>(
         };
         list.push(AnyChannel::new(name.as_str(), samples));
     }
-    let bytes = py.detach(|| {
+    let bytes = ending::detach(py, || {
         let layer = Layer::new(
             (size[1], size[0]),
             LayerAttributes::default(),

@@ -12,6 +12,7 @@ use numpy::ndarray::ArrayView3;
 use numpy::{Element, PyArray3, PyReadonlyArray3};
 use pyo3::prelude::*;
 
+use crate::ending;
 use crate::errors;
 use crate::fork;
 use crate::labels::Labels;
@@ -446,6 +447,6 @@ pub fn set_codec_worker(program: PathBuf, args: Vec<String>) {
 /// What that program does: decodes from standard input to standard output until that ends.
 #[pyfunction]
 pub fn serve_codecs(py: Python<'_>) -> PyResult<()> {
-    py.detach(|| lumivox_import::serve_codecs(std::io::stdin().lock(), std::io::stdout().lock()))
+    ending::detach(py, || lumivox_import::serve_codecs(std::io::stdin().lock(), std::io::stdout().lock()))
         .map_err(errors::scan)
 }

@@ -7,20 +7,21 @@ use std::time::Duration;
 use lumivox_core::{CancelToken, Progress};
 use pyo3::prelude::*;
 
-use crate::fork;
+use crate::{ending, fork};
 
 /// How often signals are looked for.
 const LOOK: Duration = Duration::from_millis(50);
 
 /// Does `work` on a thread of its own, and waits for it: what it sends is given to `hear`, with the lock. Signals, and what
-/// `hear` raises, cancel the work by `cancel`; its result is waited for in any case.
+/// `hear` raises, and the end of the interpreter cancel the work by `cancel`; its result is waited for in any case.
 pub fn wait<M: Send, T: Send>(
     py: Python<'_>,
     cancel: &CancelToken,
     work: impl FnOnce(Sender<M>) -> T + Send,
     hear: impl Fn(Python<'_>, M) -> PyResult<()> + Send,
 ) -> PyResult<T> {
-    let (result, raised) = py.detach(move || {
+    ending::check()?;
+    let (result, raised) = ending::detach(py, move || {
         thread::scope(|scope| {
             let (sender, receiver) = channel();
             let worker = scope.spawn(move || fork::on_all_cores(|| work(sender)));
@@ -48,6 +49,7 @@ fn listen<M>(
         };
         if result.is_ok() {
             result = Python::attach(|py| {
+                ending::check()?;
                 py.check_signals()?;
                 message.map_or(Ok(()), |message| hear(py, message))
             });
