@@ -62,7 +62,7 @@ fn another_of_the_same_name_lies_apart_and_is_saved_by_its_name() {
         // Its scene, which comes alone, is of it; so it is again with all.
         let before = top.trim_end_matches("head");
         assert_eq!(opened(&mut arrivals, &[("head.lumivox", 30)]), [format!("{before}head.lumivox")]);
-        assert_eq!(opened(&mut arrivals, other), [top.clone()]);
+        assert_eq!(opened(&mut arrivals, other), std::slice::from_ref(top));
     }
     assert_eq!(opened(&mut arrivals, &HEAD), ["head"]);
     assert_eq!(saved(&arrivals, &["<1>"], &[]).unwrap().0, [Path::new("<1>")]);
@@ -85,9 +85,9 @@ fn a_header_and_its_samples_are_opened_together_and_saved_as_the_header() {
         // The scene lies beside the header that it names.
         let with = [("a.lumivox", 5), pair[0], pair[1]];
         assert_eq!(opened(&mut arrivals, &with), [format!("{folder}/a.lumivox"), folder.clone()]);
-        assert_eq!(opened(&mut arrivals, &pair), [folder.clone()]);
+        assert_eq!(opened(&mut arrivals, &pair), std::slice::from_ref(folder));
         // With another file it is another folder.
-        assert_ne!(opened(&mut arrivals, &[pair[0], pair[1], ("c.txt", 1)]), [folder.clone()]);
+        assert_ne!(opened(&mut arrivals, &[pair[0], pair[1], ("c.txt", 1)]), std::slice::from_ref(folder));
     }
     let [folder] = &opened(&mut arrivals, &[("1.dcm", 1), ("2.dcm", 2)])[..] else {
         panic!("a folder is one")

@@ -11,6 +11,7 @@ mod measure;
 mod opening;
 mod parcel;
 mod pictures;
+mod pixels;
 mod real_scans;
 mod renderer;
 mod slabs;
@@ -259,7 +260,7 @@ impl Seen {
 /// The window as it is seen; kept where somebody wants to look.
 fn screenshot(studio: &mut Studio, name: &str) -> Seen {
     let state = studio.state_mut().live_mut().unwrap().render_state().clone();
-    let (width, height, rgba) = renderer::draw(&state, &studio.ctx, studio.output());
+    let (width, height, rgba) = pixels::draw(&state, &studio.ctx, studio.output());
     if let Some(folder) = pictures_folder() {
         std::fs::create_dir_all(&folder).unwrap();
         let file = std::fs::File::create(folder.join(name).with_extension("png")).unwrap();
