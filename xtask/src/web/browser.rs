@@ -32,6 +32,16 @@ const OPTIONS: [&str; 14] = [
     "--window-size=1280,800",
 ];
 
+/// Somebody who works for the page.
+pub struct Worker {
+    /// `worker` or `service_worker`.
+    pub kind: String,
+    /// By which it is spoken to.
+    pub session: String,
+    /// Whether it has ended.
+    pub is_over: bool,
+}
+
 /// A browser with one page.
 pub struct Browser {
     child: Child,
@@ -40,8 +50,8 @@ pub struct Browser {
     profile: PathBuf,
     asked: u64,
     session: Option<String>,
-    /// Sessions of the page's Workers, and of its service worker, each with its kind.
-    pub workers: Vec<(String, String)>,
+    /// The page's Workers, and its service worker, the oldest first.
+    pub workers: Vec<Worker>,
     /// What it told without being asked, the oldest first.
     pub events: VecDeque<Value>,
 }
@@ -98,7 +108,7 @@ impl Browser {
     /// Asks the page for something, and waits for the answer.
     pub fn ask(&mut self, method: &str, params: Value) -> Result<Value, String> {
         let session = self.session.clone();
-        self.ask_in(session.as_deref(), method, params)
+        self.ask_in(session.as_deref(), method, params, LONGEST)
     }
 
     fn send(&mut self, session: Option<&str>, method: &str, params: Value) -> Result<u64, String> {
@@ -113,11 +123,17 @@ impl Browser {
         Ok(self.asked)
     }
 
-    fn ask_in(&mut self, session: Option<&str>, method: &str, params: Value) -> Result<Value, String> {
+    fn ask_in(
+        &mut self,
+        session: Option<&str>,
+        method: &str,
+        params: Value,
+        within: Duration,
+    ) -> Result<Value, String> {
         let asked = self.send(session, method, params)?;
         let begin = Instant::now();
         loop {
-            let Some(message) = self.next(LONGEST.saturating_sub(begin.elapsed()))? else {
+            let Some(message) = self.next(within.saturating_sub(begin.elapsed()))? else {
                 return Err(format!("the browser does not answer {method}"));
             };
             if message["id"] == json!(asked) {
@@ -126,8 +142,14 @@ impl Browser {
                     None => Ok(message["result"].clone()),
                 };
             }
-            if message["method"] == "Target.attachedToTarget" {
-                self.listen_to(&message["params"])?;
+            match message["method"].as_str() {
+                Some("Target.attachedToTarget") => self.listen_to(&message["params"])?,
+                Some("Target.detachedFromTarget") => {
+                    let session = &message["params"]["sessionId"];
+                    let own = self.workers.iter_mut().filter(|worker| *session == worker.session);
+                    own.for_each(|worker| worker.is_over = true);
+                }
+                _ => {}
             }
             // Answers that nobody waits for are not kept.
             if message.get("id").is_none() {
@@ -141,7 +163,8 @@ impl Browser {
         let Some(session) = attached["sessionId"].as_str() else { return Ok(()) };
         let kind = attached["targetInfo"]["type"].as_str().unwrap_or_default();
         if kind.ends_with("worker") {
-            self.workers.push((kind.to_owned(), session.to_owned()));
+            let (kind, session) = (kind.to_owned(), session.to_owned());
+            self.workers.push(Worker { kind, session, is_over: false });
         }
         for method in ["Network.enable", "Runtime.enable", "Log.enable", "Runtime.runIfWaitingForDebugger"] {
             self.send(Some(session), method, json!({}))?;
@@ -160,13 +183,18 @@ impl Browser {
     /// What an expression is, of the page.
     pub fn evaluate(&mut self, expression: &str) -> Result<Value, String> {
         let session = self.session.clone();
-        self.evaluate_in(session.as_deref(), expression)
+        self.evaluate_in(session.as_deref(), expression, LONGEST)
     }
 
     /// What it is in another session.
-    pub fn evaluate_in(&mut self, session: Option<&str>, expression: &str) -> Result<Value, String> {
+    pub fn evaluate_in(
+        &mut self,
+        session: Option<&str>,
+        expression: &str,
+        within: Duration,
+    ) -> Result<Value, String> {
         let asked = json!({ "expression": expression, "returnByValue": true, "awaitPromise": true });
-        let answer = self.ask_in(session, "Runtime.evaluate", asked)?;
+        let answer = self.ask_in(session, "Runtime.evaluate", asked, within)?;
         match answer.get("exceptionDetails") {
             Some(wrong) => Err(format!("{expression}: {wrong}")),
             None => Ok(answer["result"]["value"].clone()),

@@ -12,7 +12,7 @@ use serde_json::{Value, json};
 
 use crate::package::archive::Files;
 
-use super::browser::Browser;
+use super::browser::{Browser, Worker};
 use super::serve::{Served, answer_all, listen};
 
 /// A processor that does a GPU's work, of which others want some, too.
@@ -237,9 +237,9 @@ impl Trial<'_> {
                         url.starts_with(&self.address) || url.starts_with("blob:") || url == "about:blank";
                     let is_get = of["request"]["method"] == "GET";
                     asked += 1;
-                    let is_of = |worker: &&(String, String)| event["sessionId"] == worker.1;
-                    let worker = self.browser.workers.iter().find(is_of);
-                    of_workers += usize::from(worker.is_some_and(|worker| worker.0 == "service_worker"));
+                    let mut workers = self.browser.workers.iter();
+                    let worker = workers.find(|worker| event["sessionId"] == worker.session);
+                    of_workers += usize::from(worker.is_some_and(|worker| worker.kind == "service_worker"));
                     if !is_own || !is_get {
                         wrong.push(format!("it asks for {url}"));
                     }
@@ -262,7 +262,10 @@ impl Trial<'_> {
     fn is_held(&mut self) -> Result<(), String> {
         let (stranger, url) = listen(0)?;
         stranger.set_nonblocking(true).map_err(|error| error.to_string())?;
-        self.browser.evaluate("window.idle = new Worker('worker.js', { type: 'module' }); true")?;
+        // It answers what is no errand, too: then it runs.
+        let idle = "window.idle = new Worker('worker.js', { type: 'module' }); \
+                    new Promise(done => { idle.onmessage = done; idle.postMessage({ module: 1 }) }).then(() => true)";
+        self.browser.evaluate(idle)?;
         for kind in ["worker", "service_worker"] {
             let ask = format!("fetch('{url}', {{ mode: 'no-cors' }}).then(() => 'sent', () => 'refused')");
             let outcome = self.in_worker(kind, &ask)?;
@@ -276,19 +279,21 @@ impl Trial<'_> {
         Ok(())
     }
 
-    /// What an expression is in the newest Worker of a kind. One that has just begun is heard of later, and one that has ended
-    /// answers nothing.
+    /// What an expression is in the newest Worker of a kind. One that has ended answers nothing; a service worker that does is begun
+    /// again by what it is sent.
     fn in_worker(&mut self, kind: &str, expression: &str) -> Result<Value, String> {
         let begin = Instant::now();
         loop {
-            self.browser.evaluate("true")?;
-            let worker = self.browser.workers.iter().rev().find(|worker| worker.0 == kind).cloned();
-            let outcome = match worker {
-                Some((_, session)) => self.browser.evaluate_in(Some(&session), expression),
-                None => Err(format!("the page has no {kind}")),
+            self.browser
+                .evaluate("navigator.serviceWorker.ready.then(own => own.active.postMessage('there?'))")?;
+            let is_it = |worker: &&Worker| worker.kind == kind && !worker.is_over;
+            let session = self.browser.workers.iter().rev().find(is_it).map(|worker| worker.session.clone());
+            let outcome = match session {
+                Some(session) => self.browser.evaluate_in(Some(&session), expression, PATIENCE / 5),
+                None => Err("it is not there".to_owned()),
             };
             if outcome.is_ok() || begin.elapsed() > PATIENCE {
-                return outcome;
+                return outcome.map_err(|why| format!("the page's {kind}: {why}"));
             }
             thread::sleep(Duration::from_millis(200));
         }
