@@ -14,9 +14,10 @@ use self::summary::{Counts, Summary};
 use crate::{layers, unity_border, unity_kernels, unity_metas};
 
 /// Jobs that take long, the longest first: begun last, one of them would go on when nothing else does.
-const LONGEST_FIRST: [&str; 17] = [
+const LONGEST_FIRST: [&str; 18] = [
     "engine",
     "Python",
+    "page",
     "package",
     "packages",
     "studio",
@@ -61,7 +62,7 @@ pub fn run(scope: Scope) -> Result<(), String> {
     })?;
     jobs.extend([python(&programs, scope), Job::of("documentation", documentation())]);
     jobs.extend(examples(&programs));
-    jobs.extend(other_systems(scope));
+    jobs.extend(other_systems(scope, &programs));
     let place = |job: &Job| LONGEST_FIRST.iter().position(|name| *name == job.name);
     jobs.sort_by_key(|job| place(job).unwrap_or(LONGEST_FIRST.len()));
     let summaries = step("tests, examples and documentation", || run_all(jobs))?;
@@ -192,12 +193,13 @@ fn window_example(program: &Path, command: &Path, output: &mut String) -> Result
 }
 
 /// Whether what browsers and Windows would compile does. Compilers for that are fetched, into folders of their own. Where all is tested,
-/// `script/test` has made what is for Windows.
-fn other_systems(scope: Scope) -> Vec<Job> {
+/// the Studio's page is made and tried in a browser, and `script/test` has made what is for Windows.
+fn other_systems(scope: Scope, programs: &Programs) -> Vec<Job> {
     let is_linux = cfg!(target_os = "linux");
     let job = |name: &str, is_run: bool, words: &[&'static str], what: &'static str| {
         let mut command = Command::new(words[0]);
         command.args(&words[1..]);
+        command.env("LUMIVOX_XTASK", &programs.xtask).env("LUMIVOX_COMMAND", programs.built.join("lumivox"));
         Job::new(name, move |output| {
             if is_run {
                 return capture(&mut command, output);
@@ -207,13 +209,15 @@ fn other_systems(scope: Scope) -> Vec<Job> {
         })
     };
     let browsers = "NOT RUN: script/wasm, which finds its compiler on Linux by itself\n";
+    let page =
+        "NOT RUN: script/studio --web --test, which finds compiler and browser on Linux (x86_64) by itself\n";
     let windows = "NOT RUN: script/windows, which finds its compilers on Linux (x86_64) by itself\n";
-    let mut jobs = vec![job("types for browsers", is_linux, &["script/wasm"], browsers)];
-    if scope == Scope::Usual {
-        let is_run = is_linux && cfg!(target_arch = "x86_64");
-        jobs.push(job("types for Windows", is_run, &["script/windows", "--check"], windows));
-    }
-    jobs
+    let is_usual_linux = is_linux && cfg!(target_arch = "x86_64");
+    let last = match scope {
+        Scope::Usual => job("types for Windows", is_usual_linux, &["script/windows", "--check"], windows),
+        Scope::All => job("page", is_usual_linux, &["script/studio", "--web", "--test"], page),
+    };
+    vec![job("types for browsers", is_linux, &["script/wasm"], browsers), last]
 }
 
 /// Public documentation with warnings as errors: a link that leads nowhere fails.
