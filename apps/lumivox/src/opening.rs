@@ -288,7 +288,7 @@ fn tell(scan: &Loaded, is_chosen_here: bool, reporter: Reporter) {
     if !scan.report.skipped.is_empty() {
         let count = scan.report.skipped.len();
         let were = if count == 1 { "file was" } else { "files were" };
-        reporter.say(&format!("  note: {count} {were} left out; 'lumivox info' says why"));
+        reporter.say(&format!("  note: {count} {were} left out; 'lumivox import' says which and why"));
     }
 }
 

@@ -76,8 +76,8 @@ impl PngOutput {
         exit::remove_when_killed(None);
         let Err(error) = result else { return Ok(()) };
         let problem = format!("cannot write {}: {error}", self.path.display());
-        let rescue = std::env::temp_dir().join(format!("lumivox-{}.png", std::process::id()));
-        match write_png(&rescue, picture) {
+        let Ok((rescue, file)) = private() else { return Err(Failure::other(problem)) };
+        match write_png_to(file, picture) {
             Ok(()) => Err(Failure::other(format!("{problem}\nThe picture is kept in {}", rescue.display()))),
             Err(_) => {
                 let _ = fs::remove_file(&rescue);
@@ -146,7 +146,29 @@ fn folder_of(path: &Path) -> &Path {
 
 fn write_png(path: &Path, picture: &Picture) -> io::Result<()> {
     let opaque = picture.rgba.chunks_exact(4).all(|pixel| pixel[3] == 255);
-    let mut file = BufWriter::new(File::create(path)?);
+    write_png_to(File::create(path)?, picture)
+}
+
+/// A new file in the system's folder for temporary ones that nobody else may read: it may show a face.
+fn private() -> io::Result<(PathBuf, File)> {
+    let mut options = File::options();
+    options.write(true).create_new(true);
+    #[cfg(unix)]
+    std::os::unix::fs::OpenOptionsExt::mode(&mut options, 0o600);
+    let process = std::process::id();
+    let mut number = 0;
+    loop {
+        let more = if number == 0 { String::new() } else { format!("-{number}") };
+        let path = std::env::temp_dir().join(format!("lumivox-{process}{more}.png"));
+        match options.open(&path) {
+            Err(error) if error.kind() == io::ErrorKind::AlreadyExists && number < 100 => number += 1,
+            opened => return opened.map(|file| (path, file)),
+        }
+    }
+}
+
+fn write_png_to(file: File, picture: &Picture) -> io::Result<()> {
+    let mut file = BufWriter::new(file);
     let mut encoder = png::Encoder::new(&mut file, picture.width, picture.height);
     encoder.set_color(if opaque { png::ColorType::Rgb } else { png::ColorType::Rgba });
     encoder.set_depth(png::BitDepth::Eight);
