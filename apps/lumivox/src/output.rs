@@ -262,6 +262,26 @@ mod tests {
 
     #[cfg(unix)]
     #[test]
+    fn what_has_lost_its_folder_is_kept_for_nobody_else_and_over_nothing() {
+        use std::os::unix::fs::PermissionsExt;
+
+        let folder = tempfile::tempdir().unwrap();
+        let output = PngOutput::prepare(&folder.path().join("a.png"), []).unwrap();
+        folder.close().unwrap();
+        let kept = [128, 255].map(|alpha| {
+            let failure = output.write(&picture(alpha)).unwrap_err();
+            PathBuf::from(failure.message.split_once("kept in ").unwrap().1)
+        });
+        assert_ne!(kept[0], kept[1]);
+        assert_eq!(read(&kept[0]).1, [1, 2, 3, 255, 4, 5, 6, 128]);
+        for file in kept {
+            assert_eq!(fs::metadata(&file).unwrap().permissions().mode() & 0o777, 0o600);
+            fs::remove_file(file).unwrap();
+        }
+    }
+
+    #[cfg(unix)]
+    #[test]
     fn a_link_stays_a_link() {
         let folder = tempfile::tempdir().unwrap();
         let [real, link] = ["real.png", "link.png"].map(|name| folder.path().join(name));
