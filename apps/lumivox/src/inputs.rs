@@ -10,7 +10,7 @@ use lumivox_core::{
     words::{lengths, number},
 };
 use lumivox_import::{
-    ImportError, ImportOptions, Imported, ImportedLabels, LabelOptions, Study, load_labels,
+    ImportError, ImportOptions, ImportReport, Imported, ImportedLabels, LabelOptions, Study, load_labels,
 };
 
 use crate::{args::InputArgs, exit::Failure, progress::Reporter};
@@ -118,6 +118,13 @@ fn may_be_a_slice(path: &Path) -> bool {
     let name = path.file_name().and_then(OsStr::to_str).unwrap_or("").to_ascii_lowercase();
     let extension = Path::new(&name).extension().and_then(OsStr::to_str).unwrap_or("");
     path.is_file() && (!WHOLE_SCANS.contains(&extension) || name.ends_with(".dcm.gz"))
+}
+
+/// What to do about slices that nobody asked to be empty: what lies in them is taken for air, and the chest is open there.
+pub fn note_of_holes(report: &ImportReport, volume: &Volume) -> Option<&'static str> {
+    let is_asked_for = volume.source().is_some_and(|scan| scan.leave_gaps);
+    (!report.empty_slices.is_empty() && !is_asked_for)
+        .then_some("--fill-damaged fills in slices that are empty, beside which organs are hardly found")
 }
 
 /// `CT, 512 x 512 x 275 voxels of 0.78 x 0.78 x 1.00 mm, -1000 to 3071 HU`.

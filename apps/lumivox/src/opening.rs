@@ -277,7 +277,9 @@ impl Plan {
 /// Says what was read.
 fn tell(scan: &Loaded, is_chosen_here: bool, reporter: Reporter) {
     reporter.say(&format!("{}: {}", scan.report.format, inputs::describe(&scan.volume)));
-    scan.report.notes.iter().for_each(|note| reporter.say(&format!("  note: {note}")));
+    let of_holes = inputs::note_of_holes(&scan.report, &scan.volume);
+    let notes = scan.report.notes.iter().map(String::as_str).chain(of_holes);
+    notes.for_each(|note| reporter.say(&format!("  note: {note}")));
     if is_chosen_here && scan.report.series.len() > 1 {
         let (all, chosen) = (scan.report.series.len(), scan.report.chosen + 1);
         let name = scan.report.series.get(scan.report.chosen).map_or("", |series| &series.name);

@@ -145,7 +145,6 @@ fn folder_of(path: &Path) -> &Path {
 }
 
 fn write_png(path: &Path, picture: &Picture) -> io::Result<()> {
-    let opaque = picture.rgba.chunks_exact(4).all(|pixel| pixel[3] == 255);
     write_png_to(File::create(path)?, picture)
 }
 
@@ -168,6 +167,7 @@ fn private() -> io::Result<(PathBuf, File)> {
 }
 
 fn write_png_to(file: File, picture: &Picture) -> io::Result<()> {
+    let opaque = picture.rgba.chunks_exact(4).all(|pixel| pixel[3] == 255);
     let mut file = BufWriter::new(file);
     let mut encoder = png::Encoder::new(&mut file, picture.width, picture.height);
     encoder.set_color(if opaque { png::ColorType::Rgb } else { png::ColorType::Rgba });

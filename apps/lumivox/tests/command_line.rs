@@ -396,6 +396,16 @@ fn import_lists_series_and_what_was_left_out_and_writes_pictures() {
     }
     let run = lumivox(folder.path(), &["import", "cut"]);
     assert!(run.code == Some(3) && run.stderr.contains(named), "{}", run.stderr);
+
+    // Of one that is damaged within a scan it is said what fills it in.
+    let slices = fs::read_dir(folder.path().join("scan")).unwrap().map(|entry| entry.unwrap().path());
+    let mut slices: Vec<_> = slices.filter(|path| !path.ends_with("README.txt")).collect();
+    slices.sort();
+    fs::write(&slices[8], &slice[..slice.len() / 2]).unwrap();
+    for (options, says) in [(&["info", "scan"][..], true), (&["info", "scan", "--fill-damaged"], false)] {
+        let run = lumivox(folder.path(), options);
+        assert_eq!(run.stdout.contains("--fill-damaged fills in slices"), says, "{}", run.stdout);
+    }
 }
 
 /// The hidden decoder stays a decoder: it reads frames, and ends with its input.

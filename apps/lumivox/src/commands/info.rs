@@ -144,7 +144,7 @@ fn to_text(scan: &Known) -> String {
             let _ = writeln!(text, "{mark} {}  {}", place + 1, series.description);
         }
     }
-    let notes = notes(scan);
+    let notes = notes(scan, volume);
     if !notes.is_empty() {
         text += "\nNotes:\n";
         notes.iter().for_each(|note| text += &format!("  {note}\n"));
@@ -177,11 +177,12 @@ fn hex(color: [f64; 3]) -> String {
 }
 
 /// What is worth knowing of the files and of what they show.
-fn notes(scan: &Known) -> Vec<&str> {
+fn notes<'a>(scan: &'a Known, volume: &Volume) -> Vec<&'a str> {
     let found = scan.alone.report.iter().flat_map(|found| &found.notes);
     // Those on the labels hold those on the file.
     let file = scan.labels.as_ref().map_or(&scan.report.notes, |labels| &labels.report.notes);
-    file.iter().chain(found).map(String::as_str).collect()
+    let of_holes = inputs::note_of_holes(&scan.report, volume);
+    file.iter().map(String::as_str).chain(of_holes).chain(found.map(String::as_str)).collect()
 }
 
 /// The histogram, one row per range of values, bars by the logarithm of the count: air outnumbers everything.
@@ -259,7 +260,7 @@ fn to_json(scan: &Known) -> Value {
             "id": s.uid, "description": s.description, "files": s.files,
         })).collect::<Vec<_>>(),
         "chosen_series": report.chosen,
-        "notes": notes(scan),
+        "notes": notes(scan, volume),
         "skipped": skipped(report),
     })
 }
