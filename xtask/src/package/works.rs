@@ -120,15 +120,19 @@ impl Graph {
         let is_own = said["source"].is_null();
         let manifest = word("manifest_path");
         let folder = Path::new(&manifest).parent().unwrap_or(Path::new(""));
-        let mut texts = if is_own { vec![] } else { texts(folder)? };
+        let (mut texts, of_fonts) = if is_own { Default::default() } else { texts(folder)? };
         if texts.is_empty() && !is_own {
-            let standard = standard(&license, &authors).ok_or_else(|| {
+            // The terms of what is compiled come first.
+            let own =
+                if of_fonts.is_empty() { &license } else { license.split(" AND ").next().unwrap_or("") };
+            let standard = standard(own.trim_matches(['(', ')']), &authors).ok_or_else(|| {
                 format!(
                     "{name} {version} ({license}) comes without the text of its licence, and none is in xtask/licences"
                 )
             })?;
             texts.push(standard);
         }
+        texts.extend(of_fonts);
         Ok(Work {
             name: name.clone(),
             version: version.clone(),
@@ -232,21 +236,28 @@ pub fn notice(works: &[Work]) -> String {
     text
 }
 
-/// Licence texts in a crate's sources, each once; those of C sources lie in folders of their own.
-fn texts(folder: &Path) -> Result<Vec<String>, String> {
-    let mut found: Vec<String> = vec![];
-    for path in archive::below(folder)? {
-        if !is_text(path.rsplit('/').next().unwrap_or(&path)) {
-            continue;
-        }
-        let file = folder.join(&path);
+/// Licence texts in a crate's sources, each once; those of C sources lie in folders of their own. Then those of fonts: all texts
+/// beside them.
+fn texts(folder: &Path) -> Result<(Vec<String>, Vec<String>), String> {
+    let (mut found, mut of_fonts) = (vec![], vec![]);
+    let paths = archive::below(folder)?;
+    let within = |path: &str| path.rsplit_once('/').map_or("", |(folder, _)| folder).to_owned();
+    let is_font = |path: &&String| path.ends_with(".ttf") || path.ends_with(".otf");
+    let fonts: BTreeSet<String> = paths.iter().filter(is_font).map(|path| within(path)).collect();
+    for path in &paths {
+        let found: &mut Vec<String> = match is_text(path.rsplit('/').next().unwrap_or(path)) {
+            true => &mut found,
+            false if path.ends_with(".txt") && fonts.contains(&within(path)) => &mut of_fonts,
+            false => continue,
+        };
+        let file = folder.join(path);
         let bytes = fs::read(&file).map_err(|error| format!("{}: {error}", file.display()))?;
         let text = String::from_utf8_lossy(&bytes).replace("\r\n", "\n").trim().to_owned();
         if !text.is_empty() && !found.contains(&text) {
             found.push(text);
         }
     }
-    Ok(found)
+    Ok((found, of_fonts))
 }
 
 fn is_text(name: &str) -> bool {
@@ -370,6 +381,18 @@ mod tests {
             ("README.md", false),
         ] {
             assert_eq!(is_text(name), is_one, "{name}");
+        }
+    }
+
+    #[test]
+    fn the_page_has_its_fonts_terms() {
+        let root = crate::root().unwrap();
+        let graph = Graph::new(&root, "wasm32-unknown-unknown", &["lumivox-studio"]).unwrap();
+        let notice = notice(&graph.linked(&["lumivox-studio"]).unwrap());
+        for terms in
+            ["SIL OPEN FONT LICENSE", "UBUNTU FONT LICENCE", "Bitstream Vera License", "Apache License"]
+        {
+            assert!(notice.contains(terms), "{terms}");
         }
     }
 
