@@ -56,8 +56,8 @@ class Volume:
 
         Integers of 8 and 16 bits stay as they are, signed ones with an offset in :attr:`intercept`; whole numbers of more bits
         become 16 where they fit, and all else 32-bit floats. NaN and what 32 bits cannot hold become the smallest of the other
-        values (0 in maps to both sides of it), infinity the largest where a few have it, as in files; a warning says how many. The
-        array is copied.
+        values (0 in maps to both sides of it), infinity the largest where a few have it, as in files; a warning says how many.
+        The array is copied.
 
         Raises :class:`ScanError` where the parts make no volume, ``ValueError`` where one of them is none.
         """

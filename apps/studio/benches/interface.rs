@@ -66,9 +66,11 @@ fn main() {
     });
     bench.pointer(three_d, false);
     bench.rest();
+    // Keys are for the view that was clicked.
     let axial = bench.view("Axial").center();
-    bench.studio.event(Event::PointerMoved(axial));
-    bench.frame();
+    bench.pointer(axial, true);
+    bench.pointer(axial, false);
+    bench.rest();
     bench.times("slices pass by", |bench, frame| {
         let key = if frame % 24 < 12 { Key::ArrowUp } else { Key::ArrowDown };
         bench.studio.event(Event::Key {
