@@ -2,8 +2,9 @@
 //! with an unwinder of their own, as released wheels have, do not survive. So before that what works without the lock is stopped, and
 //! waited for.
 
-use std::sync::atomic::{AtomicBool, AtomicUsize, Ordering};
-use std::thread;
+use std::sync::OnceLock;
+use std::sync::atomic::{AtomicUsize, Ordering};
+use std::thread::{self, ThreadId};
 use std::time::{Duration, Instant};
 
 use pyo3::exceptions::PySystemExit;
@@ -13,7 +14,8 @@ use crate::fork;
 
 /// How many threads work without the lock, or wait for it.
 static WORKING: AtomicUsize = AtomicUsize::new(0);
-static ENDS: AtomicBool = AtomicBool::new(false);
+/// The thread that ends the interpreter, once it does: it goes on with what else is registered, and takes the lock as before.
+static ENDS: OnceLock<ThreadId> = OnceLock::new();
 
 /// What cannot be stopped, as a driver that compiles, is waited for so long.
 const LONGEST: Duration = Duration::from_secs(60);
@@ -34,9 +36,14 @@ impl Drop for AtWork {
     }
 }
 
+/// Whether the interpreter ends, for all threads but the one that ends it.
+fn is_over() -> bool {
+    ENDS.get().is_some_and(|ending| *ending != thread::current().id())
+}
+
 /// Works without the interpreter's lock; with it where nobody would get it back.
 pub fn detach<T: Send>(py: Python<'_>, work: impl FnOnce() -> T + Send) -> T {
-    if ENDS.load(Ordering::Acquire) {
+    if is_over() {
         return work();
     }
     // Until the lock is held again.
@@ -49,13 +56,13 @@ pub fn detach<T: Send>(py: Python<'_>, work: impl FnOnce() -> T + Send) -> T {
 /// # Errors
 /// That.
 pub fn check() -> PyResult<()> {
-    if ENDS.load(Ordering::Acquire) { Err(PySystemExit::new_err(())) } else { Ok(()) }
+    if is_over() { Err(PySystemExit::new_err(())) } else { Ok(()) }
 }
 
 /// Stops what works, and waits for it: the interpreter calls it before it ends.
 #[pyfunction]
 fn end(py: Python<'_>) {
-    ENDS.store(true, Ordering::Release);
+    let _ = ENDS.set(thread::current().id());
     // Of the threads that were counted a forked process has one.
     if fork::is_forked() {
         return;
