@@ -34,6 +34,20 @@ xtask() {
     fi
 }
 
+# Flags of the compiler as Cargo reads several: those that are asked for, and such by which what is made names no folder of
+# whoever makes it. Each of FOLDER=NAME says what one is called; of several that match, the last holds.
+nameless() {
+    local unit flags names
+    unit=$(printf '\037')
+    # Unquoted on purpose: a list of words.
+    # shellcheck disable=SC2086
+    flags=${CARGO_ENCODED_RUSTFLAGS-$(set -f && set -- ${RUSTFLAGS:-} && IFS=$unit && printf '%s' "$*")}
+    for names in "$@"; do
+        flags=$flags${flags:+$unit}--remap-path-prefix=$names
+    done
+    printf '%s' "$flags"
+}
+
 # Whether the loader finds the library $1.
 has_library() {
     # Not grep -q: it stops reading, and pipefail would take ldconfig's broken pipe for an answer.

@@ -74,19 +74,6 @@ fingerprint() {
     if command -v sha256sum >/dev/null 2>&1; then sha256sum; else shasum -a 256; fi | cut -c 1-16
 }
 
-# Flags of the compiler, as Cargo reads several, by which the page names no folder of whoever makes it into $1; and those that are asked for.
-nameless() {
-    local unit own
-    unit=$(printf '\037')
-    # Unquoted on purpose: a list of words.
-    # shellcheck disable=SC2086
-    own=${CARGO_ENCODED_RUSTFLAGS-$(set -f && set -- ${RUSTFLAGS:-} && IFS=$unit && printf '%s' "$*")}
-    # Of several that match, the last holds: what is built lies within the sources mostly.
-    printf "%s=%s$unit%s=%s$unit%s=%s" --remap-path-prefix "$PWD=/lumivox" --remap-path-prefix "${CARGO_HOME:-$HOME/.cargo}/registry/src=/crates" \
-        --remap-path-prefix "$1=/target"
-    printf '%s' "${own:+$unit$own}"
-}
-
 # Writes the page to the folder $1, in place of an older one once it is whole. By a shell of its own: the compiler for browsers is none for what runs here.
 make_page() (
     # Nothing is left to `set -e`, which nothing heeds where the caller looks at the outcome.
@@ -96,7 +83,8 @@ make_page() (
     need_wasm_rust
     need_web_tools
     # In a folder of its own: what another compiler has made serves nobody else.
-    CARGO_ENCODED_RUSTFLAGS=$(nameless "$target") \
+    # What is built lies within the sources mostly.
+    CARGO_ENCODED_RUSTFLAGS=$(nameless "$PWD=/lumivox" "${CARGO_HOME:-$HOME/.cargo}/registry/src=/crates" "$target=/target") \
         CARGO_TARGET_WASM32_UNKNOWN_UNKNOWN_LINKER=$WEB_TOOLS/wasm-ld CARGO_PROFILE_RELEASE_DEBUG=false \
         "${CARGO:-cargo}" rustc ${CI:+--locked} --release --quiet --target "$WASM_TARGET" --target-dir "$target/wasm" \
         --package lumivox-studio --lib --crate-type cdylib </dev/null || die "The Studio does not compile for $WASM_TARGET, see above."

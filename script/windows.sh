@@ -5,10 +5,7 @@ WINDOWS_FOLDER=${CARGO_TARGET_DIR:-target}/windows
 case $WINDOWS_FOLDER in /*) ;; *) WINDOWS_FOLDER=$PWD/$WINDOWS_FOLDER ;; esac
 # What of this machine's folders is called in what is made: of several that match, the last holds. Cargo's and the person's are not named either.
 WINDOWS_CARGO_HOME=${CARGO_HOME:-$HOME/.cargo}
-WINDOWS_NAMES="$PWD=/lumivox
-$WINDOWS_CARGO_HOME/registry/src=/crates
-$WINDOWS_FOLDER=/target
-$WINDOWS_FOLDER/toolchain/root=/rust"
+WINDOWS_NAMES=("$PWD=/lumivox" "$WINDOWS_CARGO_HOME/registry/src=/crates" "$WINDOWS_FOLDER=/target" "$WINDOWS_FOLDER/toolchain/root=/rust")
 WINDOWS_UNNAMED=("$PWD" "$WINDOWS_FOLDER" "$WINDOWS_CARGO_HOME" "$HOME")
 
 # Debian packages that make up a private toolchain: a compiler that Debian keeps new enough in a release that it maintains,
@@ -140,13 +137,11 @@ windows_cargo() (
 
 # C compilers are told of names through a variable in which a space parts words.
 with_windows_toolchain() (
-    unit=$'\037'
-    rust=${RUSTFLAGS:-}
-    rust=${rust// /$unit} c=
-    while read -r names; do
-        rust="$rust${rust:+$unit}--remap-path-prefix=$names"
+    c=
+    for names in "${WINDOWS_NAMES[@]}"; do
         case $names in *' '*) ;; *) c="$c -ffile-prefix-map=$names" ;; esac
-    done <<<"$WINDOWS_NAMES"
+    done
+    rust=$(nameless "${WINDOWS_NAMES[@]}")
     export CARGO_ENCODED_RUSTFLAGS=$rust
     export CFLAGS_x86_64_pc_windows_gnu="${CFLAGS_x86_64_pc_windows_gnu:-}$c" CXXFLAGS_x86_64_pc_windows_gnu="${CXXFLAGS_x86_64_pc_windows_gnu:-}$c"
     RUSTC=$WINDOWS_FOLDER/toolchain/bin/rustc PATH=$WINDOWS_FOLDER/toolchain/bin:$PATH "$@"
@@ -181,7 +176,7 @@ needs_only_windows() {
 # Fails where the program or library $1 names a folder of the machine that it was made on.
 needs_no_folder() {
     local folder found
-    case $WINDOWS_NAMES in *' '*) return 0 ;; esac
+    case ${WINDOWS_NAMES[*]} in *' '*) return 0 ;; esac
     for folder in "${WINDOWS_UNNAMED[@]}"; do
         [ "${folder%/}" ] || continue
         found=$(LC_ALL=C grep -aoF -m 1 "${folder%/}/" "$1" | head -n 1) || :

@@ -2,6 +2,7 @@
 //! belongs together stays together, two of one name are told from each other, and a scene that is saved names files as they are called.
 
 use std::collections::BTreeMap;
+use std::ops::Bound;
 use std::path::{Component, Path, PathBuf};
 
 use lumivox_core::document::SceneDocument;
@@ -59,9 +60,11 @@ struct Folder {
 }
 
 impl Folder {
-    /// Files of a top.
+    /// Files of a top, which lie beside each other by their paths.
     fn of_top<'a>(&'a self, top: &'a str) -> impl Iterator<Item = &'a Given> {
-        self.files.values().filter(move |file| file.top() == top && !file.is_scene())
+        let from = self.files.range::<str, _>((Bound::Included(top), Bound::Unbounded));
+        let files = from.take_while(move |(path, _)| path.starts_with(top)).map(|(_, file)| file);
+        files.filter(move |file| file.top() == top && !file.is_scene())
     }
 
     /// Whether these files are there, and no others.
@@ -91,26 +94,28 @@ impl Arrivals {
         let scans: Vec<&Given> = given.iter().filter(|file| !file.is_scene()).collect();
         let loose = scans.iter().filter(|file| !file.path.contains('/')).count();
         let is_whole = loose > 1 && !apart;
+        // Each with its files; opened as they came.
+        let mut by_top: BTreeMap<&str, Vec<&Given>> = BTreeMap::new();
         let mut tops: Vec<&str> = vec![];
-        for file in &scans {
-            if !tops.contains(&file.top()) {
+        for file in scans.iter().copied() {
+            let files = by_top.entry(file.top()).or_default();
+            if files.is_empty() {
                 tops.push(file.top());
             }
+            files.push(file);
         }
-        let of_top =
-            |top: &str| -> Vec<&Given> { scans.iter().copied().filter(|file| file.top() == top).collect() };
         // A scene is read once: another of its name may take its place.
         let is_there = |folder: &Folder| match is_whole {
             true => {
                 folder.is_whole && folder.has(folder.files.values().filter(|file| !file.is_scene()), &scans)
             }
-            false => tops.iter().all(|top| folder.has(folder.of_top(top), &of_top(top))),
+            false => by_top.iter().all(|(top, files)| folder.has(folder.of_top(top), files)),
         };
         let is_free = |folder: &Folder| {
-            let has_room = |top: &&str| {
-                folder.of_top(top).next().is_none() || folder.has(folder.of_top(top), &of_top(top))
+            let has_room = |(top, files): (&&str, &Vec<&Given>)| {
+                folder.of_top(top).next().is_none() || folder.has(folder.of_top(top), files)
             };
-            !is_whole && tops.iter().all(has_room)
+            !is_whole && by_top.iter().all(has_room)
         };
         // A scene that comes alone is one of what came last.
         let place = [self.last].into_iter().chain(0..self.folders.len());
