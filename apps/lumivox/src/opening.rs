@@ -21,6 +21,7 @@ use crate::{
     exit::{Exit, Failure},
     inputs,
     looks::{LookOptions, looks},
+    output,
     progress::Reporter,
 };
 
@@ -162,6 +163,18 @@ impl Plan {
         let map = self.document.environment.file();
         let scans = self.document.volumes.iter().flat_map(|entry| &entry.scan.files).map(PathBuf::as_path);
         scans.chain(label_files(&self.document)).chain(map).map(|file| folder.join(file)).collect()
+    }
+
+    /// Refuses to write over what is read, or to where it would be read as part of a scan. A scene may be replaced by what becomes
+    /// of it.
+    pub fn check_output(&self, output: &Path) -> Result<(), Failure> {
+        let files = self.files();
+        output::check_is_none_of(output, files.iter().map(PathBuf::as_path).filter(|file| !is_scene(file)))?;
+        let folder = folder(self.written.as_ref());
+        let scans = self.document.volumes.iter().map(|entry| &entry.scan.files);
+        scans
+            .map(|files| files.iter().map(|file| folder.join(file)).collect::<Vec<_>>())
+            .try_for_each(|files| output::check_is_no_slice(output, &files))
     }
 
     /// The image that is rendered.

@@ -6,6 +6,7 @@ use std::{
     path::{Path, PathBuf},
 };
 
+use lumivox_core::CancelToken;
 use lumivox_renderer::display::put_on;
 
 use crate::exit::{self, Failure};
@@ -133,6 +134,18 @@ pub fn check_is_none_of<'a>(path: &Path, inputs: impl IntoIterator<Item = &'a Pa
     let Ok(real) = fs::canonicalize(path) else { return Ok(()) };
     if inputs.into_iter().any(|input| fs::canonicalize(input).is_ok_and(|input| input == real)) {
         return Err(Failure::usage(format!("{}: the output is one of the inputs", path.display())));
+    }
+    Ok(())
+}
+
+/// Refuses to write a file that would be read as a slice of a scan the next time, or hinder that.
+pub fn check_is_no_slice(path: &Path, scan: &[PathBuf]) -> Result<(), Failure> {
+    if lumivox_import::would_be_a_slice(path, scan, &CancelToken::new()) {
+        let shown = path.display();
+        return Err(Failure::usage(format!(
+            "{shown}: the output would lie among the slices of a scan, and be taken for one of them the next time; write it to \
+             another folder"
+        )));
     }
     Ok(())
 }

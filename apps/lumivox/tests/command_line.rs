@@ -435,3 +435,33 @@ fn a_header_names_no_file_elsewhere_unless_that_is_allowed() {
     let json: serde_json::Value = serde_json::from_str(&run.stdout).unwrap();
     assert_eq!(json["scans"][0]["dims"], serde_json::json!([2, 2, 1]));
 }
+
+fn write_slices(folder: &Path, names: &[&str]) {
+    fs::create_dir_all(folder).unwrap();
+    for name in names {
+        let file = fs::File::create(folder.join(name)).unwrap();
+        let mut encoder = png::Encoder::new(file, 4, 4);
+        encoder.set_color(png::ColorType::Grayscale);
+        encoder.write_header().unwrap().write_image_data(&[7; 16]).unwrap();
+    }
+}
+
+/// A picture among the slices of a scan would be one of them at the next run.
+#[test]
+fn no_output_lies_among_slices() {
+    let folder = empty_folder();
+    let path = folder.path();
+    write_slices(&path.join("slices"), &["1.png", "2.png", "3.png"]);
+    let words = ["among the slices of a scan", "another folder"];
+    fails(path, &["render", "slices", "-o", "slices/out.png"], 2, &words);
+    fails(&path.join("slices"), &["render", ".", "-o", "out.png"], 2, &words);
+    fails(path, &["render", "slices", "-o", "slices/2.png"], 2, &words);
+    fails(path, &["render", "slices/1.png", "slices/2.png", "-o", "slices/out.png"], 2, &words);
+    fails(path, &["scene", "save", "slices/out.json", "slices"], 2, &words);
+    fails(path, &["import", "slices", "--thumbnails", "slices"], 2, &words);
+    assert_eq!(fs::read_dir(path.join("slices")).unwrap().count(), 3);
+    // Where one got there all the same, it is named, and not the slices.
+    let file = fs::File::create(path.join("slices/0-out.png")).unwrap();
+    png::Encoder::new(file, 2, 2).write_header().unwrap().write_image_data(&[7; 4]).unwrap();
+    fails(path, &["info", "slices"], 3, &["0-out.png", "2 x 2 pixels", "Move it elsewhere"]);
+}

@@ -8,6 +8,7 @@ use crate::{
     ImportOptions, dicom,
     error::ImportError,
     format::{self, Format},
+    pictures,
     single::Single,
     zarr,
 };
@@ -114,5 +115,64 @@ pub(crate) fn volumes_in(
                 None => "None is of a format that Lumivox reads".to_owned(),
             },
         }),
+    }
+}
+
+/// Whether a picture at `output` would be one more slice of a scan the next time that scan is opened: it would lie in its folder of
+/// PNG or TIFF slices, or beside them where they are named one by one.
+pub fn would_be_a_slice(output: &Path, scan: &[PathBuf], cancel: &CancelToken) -> bool {
+    let folder = output.parent().filter(|folder| !folder.as_os_str().is_empty());
+    let real = |path: &Path| crate::files::canonicalize(path).ok();
+    let Some(folder) = real(folder.unwrap_or(Path::new("."))) else { return false };
+    let is_output = |file: &Path| file.file_name() == output.file_name() && lies_in(file, &folder);
+    match scan {
+        [below] if crate::files::is_dir(below) => {
+            real(below).is_some_and(|below| folder.starts_with(below))
+                && dicom::files_below(below, cancel).is_ok_and(|found| {
+                    let others: Vec<PathBuf> =
+                        found.files.into_iter().filter(|file| !is_output(file)).collect();
+                    pictures::are_pictures(&others)
+                })
+        }
+        [_] => false,
+        slices => slices.iter().any(|file| lies_in(file, &folder)) && pictures::are_pictures(slices),
+    }
+}
+
+fn lies_in(file: &Path, folder: &Path) -> bool {
+    let own = file.parent().filter(|own| !own.as_os_str().is_empty()).unwrap_or(Path::new("."));
+    crate::files::canonicalize(own).is_ok_and(|own| own == folder)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_picture_among_slices_would_be_one() {
+        let folder = tempfile::tempdir().unwrap();
+        let at = |name: &str| folder.path().join(name);
+        for name in ["slices", "slices/more", "mixed", "out"] {
+            std::fs::create_dir(at(name)).unwrap();
+        }
+        let png = b"\x89PNG\r\n\x1a\n";
+        for name in ["slices/1.png", "slices/2.png", "mixed/1.png", "mixed/2.png", "mixed/a.txt"] {
+            std::fs::write(at(name), if name.ends_with("txt") { &b"dear sirs"[..] } else { &png[..] })
+                .unwrap();
+        }
+        let would = |output: &str, scan: &[&str]| {
+            let scan: Vec<PathBuf> = scan.iter().map(|name| at(name)).collect();
+            would_be_a_slice(&at(output), &scan, &CancelToken::new())
+        };
+        assert!(would("slices/out.png", &["slices"]));
+        assert!(would("out/../slices/out.png", &["slices"]));
+        assert!(would("slices/2.png", &["slices"]), "one that would be replaced, too");
+        assert!(would("slices/more/out.png", &["slices"]), "folders are read with all that is in them");
+        assert!(would("slices/out.png", &["slices/1.png", "slices/2.png"]));
+        assert!(!would("out/out.png", &["slices"]));
+        assert!(!would("out.png", &["slices"]));
+        assert!(!would("mixed/out.png", &["mixed"]), "no stack");
+        assert!(!would("out/out.png", &["out"]));
+        assert!(!would("slices/out.png", &["slices/1.png"]), "one by itself");
     }
 }

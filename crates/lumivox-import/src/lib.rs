@@ -56,6 +56,7 @@ mod written_samples;
 mod zarr;
 
 pub use axes::{PatientAxes, UnknownAxes};
+pub use choice::would_be_a_slice;
 #[cfg(feature = "codec-worker")]
 pub use codec_worker::{CodecWorker, serve_codecs, set_codec_worker};
 pub use environment_file::{load_environment, save_environment};

@@ -39,6 +39,11 @@ pub fn run(args: &ImportArgs) -> Result<(), Failure> {
             .map_err(|error| Failure::other(format!("cannot make {}: {error}", folder.display())))?;
     }
     let scans = inputs::scans(&args.input.inputs);
+    if let Some(folder) = &args.thumbnails {
+        scans
+            .iter()
+            .try_for_each(|files| output::check_is_no_slice(&folder.join("series-001.png"), files))?;
+    }
     let (mut text, mut objects, mut found, mut why_none) = (String::new(), Vec::new(), 0, None);
     for (index, files) in scans.iter().enumerate() {
         let mut study = reporter.stages(|progress| Study::open(files, &options, progress, &cancel))?;

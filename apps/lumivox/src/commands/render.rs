@@ -36,7 +36,7 @@ pub fn run(args: &RenderArgs) -> Result<(), Failure> {
     // Everything that can be wrong is looked at before the long work.
     let mut output = PngOutput::prepare(&args.output, files_named(&args.scene))?;
     let plan = Plan::new(&args.scene)?;
-    output::check_is_none_of(&args.output, plan.files().iter().map(|file| file.as_path()))?;
+    plan.check_output(&args.output)?;
     if args.cluster.is_some() && plan.film().noise.is_some() {
         match plan.film().samples {
             Some(samples) => {

@@ -29,10 +29,7 @@ fn save(args: &SaveArgs) -> Result<(), Failure> {
     let named = files_named(&args.scene).filter(|file| !is_scene(file));
     let target = output::writable(&args.output, &["json", "lumivox"], named)?;
     let plan = Plan::new(&args.scene)?;
-    output::check_is_none_of(
-        &args.output,
-        plan.files().iter().map(|file| file.as_path()).filter(|file| !is_scene(file)),
-    )?;
+    plan.check_output(&args.output)?;
     let cancel = exit::cancel_on_ctrl_c()?;
     let opened = plan.open(&args.scene, true, reporter, &cancel)?;
     let document = complete(opened);

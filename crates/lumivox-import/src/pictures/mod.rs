@@ -76,6 +76,11 @@ fn kind(path: &Path) -> Option<Kind> {
     }
 }
 
+/// Whether files are PNG or TIFF, all of them, and any.
+pub(crate) fn are_pictures(files: &[PathBuf]) -> bool {
+    !files.is_empty() && files.iter().all(|file| kind(file).is_some())
+}
+
 /// The volumes of a TIFF file, one for each channel.
 ///
 /// # Errors
@@ -146,7 +151,7 @@ pub(crate) fn open_slices(
     }
     let mut paths = paths.to_vec();
     paths.sort_by_cached_key(|path| natural(&path.file_name().unwrap_or_default().to_string_lossy()));
-    let mut shape = None;
+    let mut shapes = Vec::with_capacity(paths.len());
     for path in &paths {
         cancel.check()?;
         let own = match kind {
@@ -164,19 +169,12 @@ pub(crate) fn open_slices(
             }
         };
         check_size(path, &own, 1)?;
-        let first = *shape.get_or_insert(own);
-        if own != first {
-            let words = |shape: Shape| {
-                format!("{} x {} pixels, {} of {}", shape.width, shape.height, shape.channels, shape.sample)
-            };
-            return Err(ImportError::Unsupported {
-                path: path.clone(),
-                what: format!("a slice of {} where the first has {}", words(own), words(first)),
-                remedy: "Keep slices of one stack in a folder of their own".to_owned(),
-            });
-        }
+        shapes.push(own);
     }
-    let Some(shape) = shape else { return Ok(None) };
+    if let Some(error) = odd_one(&paths, &shapes) {
+        return Err(error);
+    }
+    let shape = shapes[0];
     let (path, count) = (paths[0].clone(), paths.len());
     let mut notes = vec![format!("{count} pictures, in the order of their names")];
     notes.extend(gaps(&paths));
@@ -202,6 +200,35 @@ pub(crate) fn open_slices(
     }
     .checked()
     .map(Some)
+}
+
+/// The error about pictures that are not like most: by its size another program's picture, or a rendered one, is told from slices.
+fn odd_one(paths: &[PathBuf], shapes: &[Shape]) -> Option<ImportError> {
+    let mut counts: Vec<(Shape, usize)> = Vec::new();
+    for shape in shapes {
+        match counts.iter_mut().find(|(known, _)| known == shape) {
+            Some((_, count)) => *count += 1,
+            None => counts.push((*shape, 1)),
+        }
+    }
+    // Of as many, those that come first.
+    let (usual, like) = counts.iter().rev().max_by_key(|(_, count)| *count).copied()?;
+    let odd = shapes.iter().position(|shape| *shape != usual)?;
+    let words = |shape: Shape| {
+        format!("{} x {} pixels, {} of {}", shape.width, shape.height, shape.channels, shape.sample)
+    };
+    let others = if shapes[0] == usual { "the first has" } else { "the others have" };
+    let remedy = match shapes.len() - like {
+        1 => "Move it elsewhere: slices of one stack have a folder of their own".to_owned(),
+        n => {
+            format!("Move it, and {} more, elsewhere: slices of one stack have a folder of their own", n - 1)
+        }
+    };
+    Some(ImportError::Unsupported {
+        path: paths[odd].clone(),
+        what: format!("a slice of {} where {others} {}", words(shapes[odd]), words(usual)),
+        remedy,
+    })
 }
 
 /// Refuses pictures that are larger than their file can hold, before memory is taken for them.
@@ -388,6 +415,11 @@ mod tests {
         write_png(&paths[1], ::png::ColorType::Rgb, ::png::BitDepth::Eight, 2, &[0; 6]);
         let error = slices(&paths, &options).err().unwrap().to_string();
         assert!(error.contains("slice9.png") && error.contains("where the first has 1 x 1"), "{error}");
+        // The one that is unlike the others is named, be it the first.
+        write_png(&paths[1], ::png::ColorType::Rgb, ::png::BitDepth::Eight, 1, &[0; 3]);
+        write_png(&paths[2], ::png::ColorType::Rgb, ::png::BitDepth::Eight, 2, &[0; 6]);
+        let error = slices(&paths, &options).err().unwrap().to_string();
+        assert!(error.contains("slice1.png") && error.contains("Move it elsewhere"), "{error}");
         std::fs::write(&paths[1], "text, nothing else").unwrap();
         assert!(slices(&paths, &options).unwrap().is_none());
         let error = beside_others(folder.path(), &paths).unwrap().to_string();
