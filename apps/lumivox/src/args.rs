@@ -105,7 +105,7 @@ pub struct DoctorArgs {
     #[arg(long, value_name = "FOLDER")]
     pub pictures: Option<PathBuf>,
     /// Do not say which GPU is tried
-    #[arg(long)]
+    #[arg(short, long)]
     pub quiet: bool,
 }
 
@@ -411,9 +411,12 @@ pub struct InfoArgs {
     #[command(flatten)]
     #[allow(missing_docs)]
     pub input: InputArgs,
-    /// For programs: one JSON object on stdout
+    /// For programs: one JSON object on stdout, of an error too
     #[arg(long)]
     pub json: bool,
+    /// Do not say how far it is
+    #[arg(short, long)]
+    pub quiet: bool,
 }
 
 /// `lumivox import`.
@@ -422,9 +425,12 @@ pub struct ImportArgs {
     #[command(flatten)]
     #[allow(missing_docs)]
     pub input: InputArgs,
-    /// For programs: one JSON object on stdout
+    /// For programs: one JSON object on stdout, of an error too
     #[arg(long)]
     pub json: bool,
+    /// Do not say how far it is
+    #[arg(short, long)]
+    pub quiet: bool,
     /// Write a PNG of the middle slice of each series into this folder, which is made if it is missing
     #[arg(long, value_name = "FOLDER")]
     pub thumbnails: Option<PathBuf>,

@@ -23,7 +23,7 @@ use std::{
 use clap::Parser;
 
 use args::{Cli, Command, ManualArgs};
-use exit::Failure;
+use exit::{Exit, Failure};
 use lumivox_import::CodecWorker;
 
 /// What the process exits with after a fault of ours, as Rust programs do.
@@ -48,13 +48,24 @@ fn main() -> ExitCode {
         Ok(Ok(())) => ExitCode::SUCCESS,
         Ok(Err(failure)) => {
             progress::say(&failure.to_string());
+            tell_programs(&failure.message, failure.exit as u8);
             failure.exit.into()
         }
         Err(_) => {
             let panic = PANIC.lock().unwrap_or_else(PoisonError::into_inner);
-            progress::say(&format!("error: this is a bug in Lumivox, please report it: {panic}"));
+            let message = format!("this is a bug in Lumivox, please report it: {panic}");
+            progress::say(&format!("error: {message}"));
+            tell_programs(&message, EXIT_PANIC);
             ExitCode::from(EXIT_PANIC)
         }
+    }
+}
+
+/// With `--json` there is an object on stdout, whatever goes wrong.
+fn tell_programs(message: &str, exit: u8) {
+    if std::env::args_os().any(|argument| argument == "--json") && !output::has_printed() {
+        // Where nobody reads, nobody is told.
+        let _ = output::print(&format!("{:#}\n", commands::error_object(message, exit)));
     }
 }
 
@@ -71,11 +82,17 @@ fn decode_frames() -> ExitCode {
 }
 
 fn run() -> Result<(), Failure> {
-    // clap ends the process itself on wrong usage (2) and for --help and --version (0).
+    // clap ends the process itself for --help and --version (0).
     if std::env::args_os().nth(1).is_some_and(|first| first == "manual") {
         return commands::manual::run(&ManualArgs::parse_from(std::env::args_os().skip(1)).out);
     }
-    match Cli::parse().command {
+    let cli = Cli::try_parse().unwrap_or_else(|error| {
+        if error.use_stderr() {
+            tell_programs(error.to_string().trim_start_matches("error: ").trim_end(), Exit::Usage as u8);
+        }
+        error.exit()
+    });
+    match cli.command {
         Command::Render(args) => commands::render::run(&args),
         Command::Scene(command) => commands::scene::run(&command),
         Command::Info(args) => commands::info::run(&args),

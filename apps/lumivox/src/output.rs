@@ -4,6 +4,7 @@ use std::{
     fs::{self, File},
     io::{self, BufWriter, Write},
     path::{Path, PathBuf},
+    sync::atomic::{AtomicBool, Ordering},
 };
 
 use lumivox_core::CancelToken;
@@ -12,8 +13,17 @@ use lumivox_renderer::display::put_on;
 use crate::exit::{self, Failure};
 use crate::progress::without_controls;
 
+/// Whether anything was printed: of objects for programs there is one.
+static HAS_PRINTED: AtomicBool = AtomicBool::new(false);
+
+/// See [`HAS_PRINTED`].
+pub fn has_printed() -> bool {
+    HAS_PRINTED.load(Ordering::Relaxed)
+}
+
 /// Writes to stdout. Whoever reads may stop early (`lumivox presets | head -1`): that is no error.
 pub fn print(text: &str) -> Result<(), Failure> {
+    HAS_PRINTED.store(true, Ordering::Relaxed);
     match io::stdout().lock().write_all(without_controls(text).as_bytes()) {
         Err(error) if error.kind() != io::ErrorKind::BrokenPipe => {
             Err(Failure::other(format!("cannot write to stdout: {error}")))

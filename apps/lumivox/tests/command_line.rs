@@ -436,6 +436,66 @@ fn a_header_names_no_file_elsewhere_unless_that_is_allowed() {
     assert_eq!(json["scans"][0]["dims"], serde_json::json!([2, 2, 1]));
 }
 
+/// With --json there is one object on stdout, whatever happens; words for people are on stderr, and the exit code is the same.
+#[test]
+fn errors_are_json_too_where_that_is_asked_for() {
+    let folder = folder_with_scan();
+    let path = folder.path();
+    fs::create_dir(path.join("empty")).unwrap();
+    fs::write(path.join("page.dcm"), "<html><body>not a scan</body></html>").unwrap();
+    fs::create_dir(path.join("pages")).unwrap();
+    fs::copy(path.join("page.dcm"), path.join("pages/a.dcm")).unwrap();
+    let cases: [(&[&str], i32, &str); 8] = [
+        (&["import", "missing"], 3, "missing"),
+        (&["import", "empty"], 3, "empty"),
+        (&["import", "page.dcm"], 3, "page.dcm"),
+        (&["import", "pages"], 3, "pages"),
+        (&["info", "missing"], 3, "missing"),
+        (&["info", "scan", "--phase", "2"], 3, "there is no phase 2"),
+        (&["import", "scan", "--series", "77"], 3, "77"),
+        (&["import", "scan", "--thumbnail-size", "-5"], 2, "-5"),
+    ];
+    for (arguments, code, word) in cases {
+        for arguments in
+            [[arguments, &["--json"]].concat(), [&[arguments[0], "--json"], &arguments[1..]].concat()]
+        {
+            let run = lumivox(path, &arguments);
+            assert_eq!(run.code, Some(code), "{arguments:?}: {}", run.stderr);
+            let json: serde_json::Value = serde_json::from_str(&run.stdout)
+                .unwrap_or_else(|error| panic!("{arguments:?}: {error} in '{}'", run.stdout));
+            assert_eq!(json["exit_code"], code, "{arguments:?}");
+            assert!(json["error"].as_str().unwrap().contains(word), "{arguments:?}: {json}");
+            assert!(run.stderr.contains(word), "{arguments:?}: {}", run.stderr);
+        }
+    }
+    // Of a study without a volume it is told, too, what it has.
+    fs::create_dir(path.join("cut")).unwrap();
+    let slice = fs::read_dir(path.join("scan")).unwrap().next().unwrap().unwrap().path();
+    let slice = fs::read(slice).unwrap();
+    fs::write(path.join("cut/1.dcm"), &slice[..slice.len() - 9]).unwrap();
+    let run = lumivox(path, &["import", "cut", "--json"]);
+    let json: serde_json::Value = serde_json::from_str(&run.stdout).unwrap();
+    assert_eq!((run.code, &json["exit_code"]), (Some(3), &3.into()));
+    assert_eq!(json["scans"][0]["skipped"][0]["path"], "1.dcm", "{json}");
+    let run = lumivox(path, &["import", "scan", "--json"]);
+    let json: serde_json::Value = serde_json::from_str(&run.stdout).unwrap();
+    assert!(json.get("error").is_none() && json.get("exit_code").is_none(), "{json}");
+}
+
+/// Who wants nothing but errors says so to every command that says how far it is.
+#[test]
+fn quiet_is_heard_everywhere() {
+    let folder = folder_with_scan();
+    for command in [&["import", "scan"][..], &["info", "scan"], &["doctor"]] {
+        for quiet in ["-q", "--quiet"] {
+            let run = lumivox(folder.path(), &[command, &[quiet]].concat());
+            assert_ne!(run.code, Some(2), "{}", run.stderr);
+            assert_eq!(run.stderr, "", "{command:?}");
+            assert!(!run.stdout.is_empty());
+        }
+    }
+}
+
 fn write_slices(folder: &Path, names: &[&str]) {
     fs::create_dir_all(folder).unwrap();
     for name in names {

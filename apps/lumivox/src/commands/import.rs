@@ -17,6 +17,7 @@ use serde_json::{Value, json};
 
 use crate::{
     args::ImportArgs,
+    commands::error_object,
     exit::{self, Failure},
     inputs,
     opening::check_are_scans,
@@ -32,7 +33,7 @@ pub fn run(args: &ImportArgs) -> Result<(), Failure> {
     inputs::check(&args.input)?;
     check_are_scans(&args.input)?;
     let cancel = exit::cancel_on_ctrl_c()?;
-    let reporter = Reporter::new(args.json);
+    let reporter = Reporter::new(args.json || args.quiet);
     let options = inputs::options(&args.input);
     if let Some(folder) = &args.thumbnails {
         fs::create_dir_all(folder)
@@ -72,14 +73,17 @@ pub fn run(args: &ImportArgs) -> Result<(), Failure> {
             text += &to_text(report, root(files));
         }
     }
+    let failure = why_none.filter(|_| found == 0).map(Failure::from);
     if args.json {
-        text = format!("{:#}\n", json!({ "scans": objects }));
+        let mut object = match &failure {
+            Some(failure) => error_object(&failure.message, failure.exit as u8),
+            None => json!({}),
+        };
+        object["scans"] = json!(objects);
+        text = format!("{object:#}\n");
     }
     output::print(&text)?;
-    match why_none.filter(|_| found == 0) {
-        Some(error) => Err(error.into()),
-        None => Ok(()),
-    }
+    failure.map_or(Ok(()), Err)
 }
 
 /// The folder whose files need not be named in full.
@@ -109,7 +113,9 @@ fn thumbnails(
             Ok(thumbnail) => thumbnail,
             Err(ImportError::Cancelled(cancelled)) => return Err(cancelled.into()),
             Err(error) => {
-                say(&format!("no picture of series {}: {error}", place + 1));
+                if !args.quiet {
+                    say(&format!("no picture of series {}: {error}", place + 1));
+                }
                 return Ok(None);
             }
         };

@@ -39,7 +39,7 @@ pub fn run(args: &InfoArgs) -> Result<(), Failure> {
     inputs::check(&args.input)?;
     check_are_scans(&args.input)?;
     let cancel = exit::cancel_on_ctrl_c()?;
-    let reporter = Reporter::new(args.json);
+    let reporter = Reporter::new(args.json || args.quiet);
     let scans = inputs::load(&args.input, reporter, &cancel)?;
     let paths = inputs::scans(&args.input.inputs);
     let look = |(scan, paths): (Imported, Vec<PathBuf>)| {
