@@ -525,3 +525,25 @@ fn no_output_lies_among_slices() {
     png::Encoder::new(file, 2, 2).write_header().unwrap().write_image_data(&[7; 4]).unwrap();
     fails(path, &["info", "slices"], 3, &["0-out.png", "2 x 2 pixels", "Move it elsewhere"]);
 }
+
+/// A slice that is dropped alone is part of a scan, mostly.
+#[test]
+fn a_slice_alone_tells_of_the_others() {
+    let folder = folder_with_scan();
+    let path = folder.path();
+    let mut slices: Vec<_> =
+        fs::read_dir(path.join("scan")).unwrap().map(|entry| entry.unwrap().path()).collect();
+    slices.sort();
+    let first = slices[0].to_str().unwrap();
+    let note = "16 other files of this series lie beside it; give its folder to see all";
+    for command in ["info", "import"] {
+        let run = lumivox(path, &[command, first]);
+        assert_eq!((run.code, run.stdout.matches(note).count()), (Some(0), 1), "{}", run.stdout);
+        let run = lumivox(path, &[command, "scan"]);
+        assert!(!run.stdout.contains("lie beside it"), "{}", run.stdout);
+    }
+    fs::create_dir(path.join("alone")).unwrap();
+    fs::copy(first, path.join("alone/1.dcm")).unwrap();
+    let run = lumivox(path, &["info", "alone/1.dcm"]);
+    assert!(run.code == Some(0) && !run.stdout.contains("beside it"), "{}", run.stdout);
+}

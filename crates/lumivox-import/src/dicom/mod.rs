@@ -32,7 +32,7 @@ use assembly::{
 use bytes::source::Source;
 pub(crate) use header::{segments::Segmentation, structures::Structure};
 pub(crate) use images::scan::{Found, files_below};
-use images::{image_file::ImageFile, rejected::Rejected, scan};
+use images::{image_file::ImageFile, rejected::Rejected, scan, siblings};
 use lumivox_core::{CancelToken, Modality, Progress, Subject, Volume, Voxels, fill};
 use series::{
     gaps::Gaps,
@@ -87,7 +87,12 @@ impl Study {
         cancel: &CancelToken,
     ) -> Result<Self, ImportError> {
         let scan::Scan { images: files, mut rejected } = scan::scan(paths, progress, cancel)?;
-        let files = with_pixels(files, &mut rejected);
+        let mut files = with_pixels(files, &mut rejected);
+        if let ([path], [only]) = (paths, &mut files[..])
+            && let Some(note) = siblings::note(path, only, cancel)?
+        {
+            only.notes.push(note);
+        }
         if files.is_empty() && rejected.len() == 1 && !paths.iter().any(crate::files::is_dir) {
             // The one file's own error says more than that there is no series.
             return Err(rejected.remove(0).error);

@@ -4,3 +4,4 @@ pub(super) mod image_file;
 pub(super) mod read;
 pub(super) mod rejected;
 pub(super) mod scan;
+pub(super) mod siblings;
