@@ -119,13 +119,13 @@ pub enum Command {
     #[command(subcommand)]
     Scene(SceneCommand),
     /// Say what a scan holds: geometry, values, a suggested preset; never the patient's name
-    #[command(after_help = [INFO_EXAMPLES, EXIT_CODES].concat())]
+    #[command(after_help = [INFO_EXAMPLES, EXIT_CODES].concat(), allow_negative_numbers = true)]
     Info(InfoArgs),
     /// List what can be loaded from a folder, archive or file, without loading it, and why other files cannot
-    #[command(after_help = [IMPORT_EXAMPLES, EXIT_CODES].concat())]
+    #[command(after_help = [IMPORT_EXAMPLES, EXIT_CODES].concat(), allow_negative_numbers = true)]
     Import(ImportArgs),
     /// Make a procedural scan, written as a DICOM series
-    #[command(after_help = EXIT_CODES)]
+    #[command(after_help = EXIT_CODES, allow_negative_numbers = true)]
     Phantom(PhantomArgs),
     /// List the presets
     #[command(after_help = PRESETS_EXAMPLES)]
@@ -176,7 +176,7 @@ pub struct InputArgs {
     pub raw: Option<RawDescription>,
     /// Distances between voxels along x, y and z in mm, for arrays, stacks of pictures and OME-Zarr [default: the file's, else
     /// 1]
-    #[arg(long, value_name = "X,Y,Z", value_parser = parse_spacing)]
+    #[arg(long, value_name = "X,Y,Z", value_parser = parse_spacing, allow_hyphen_values = true)]
     pub spacing: Option<[f64; 3]>,
     /// Where x, y and z of such files grow to in the patient: LPS, RAS, ... [default: LPS]
     #[arg(long, value_name = "AXES")]
@@ -302,7 +302,7 @@ pub struct SceneArgs {
     #[arg(long, value_name = "WHEN", help_heading = "Look", default_value = "auto")]
     pub fusion: Fusion,
     /// Part to keep, as fractions along the voxel axes: lowx,lowy,lowz,highx,highy,highz
-    #[arg(long, value_name = "BOX", help_heading = "Look")]
+    #[arg(long, value_name = "BOX", help_heading = "Look", allow_hyphen_values = true)]
     pub clip: Option<Clip>,
     /// Cut the volumes open: what the shape keeps is seen, or with a '!' before it what it does not. plane:X,Y,Z,NX,NY,NZ
     /// keeps the side to which its normal N points; box: two corners; sphere: centre and radius; in mm, as --eye.
@@ -354,7 +354,7 @@ pub struct SceneArgs {
     pub light: Vec<Sun>,
 
     /// Width and height in pixels [default: 768x768]
-    #[arg(long, value_name = "WxH", help_heading = "Image")]
+    #[arg(long, value_name = "WxH", help_heading = "Image", allow_hyphen_values = true)]
     pub size: Option<Size>,
     /// Paths per pixel: four times as many halve the noise [default: 512, or as many as --time allows;
     /// without a GPU, as many as two minutes allow]

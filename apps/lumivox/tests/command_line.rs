@@ -81,6 +81,11 @@ fn wrong_usage_exits_2_and_says_what_is_right() {
     render(&["--time", "0"], &["--time"]);
     render(&["--size", "0x100"], &["--size", "1 to"]);
     render(&["--size", "100"], &["1920x1080"]);
+    // What begins with a minus is a value, too, and no option of which clap has something to say.
+    render(&["--size", "-5x5"], &["'-5x5'", "--size", "must be 1 to"]);
+    render(&["--clip", "-1,0,0,1,1,1"], &["--clip", "from 0 to 1"]);
+    render(&["--spacing", "-1,1,1"], &["'-1,1,1'", "--spacing"]);
+    fails(folder.path(), &["phantom", "head", "--size", "-5", "--out", "a"], 2, &["-5 is not in 8..=1024"]);
     render(&["--size", "99999999999x2"], &["--size"]);
     render(&["--bounces", "1001"], &["1..=1000"]);
     render(&["--albedo", "1.5"], &["must be 0 to 1"]);
@@ -546,4 +551,20 @@ fn a_slice_alone_tells_of_the_others() {
     fs::copy(first, path.join("alone/1.dcm")).unwrap();
     let run = lumivox(path, &["info", "alone/1.dcm"]);
     assert!(run.code == Some(0) && !run.stdout.contains("beside it"), "{}", run.stdout);
+}
+
+/// Completions of shells know the names of presets.
+#[test]
+fn shells_complete_presets() {
+    let folder = empty_folder();
+    let run = lumivox(folder.path(), &["manual", "made"]);
+    assert_eq!(run.code, Some(0), "{}", run.stderr);
+    for shell in ["lumivox.bash", "_lumivox", "lumivox.fish"] {
+        let text = fs::read_to_string(folder.path().join("made/completions").join(shell)).unwrap();
+        for preset in lumivox_core::Preset::ALL {
+            assert!(text.contains(preset.name()), "{shell} lacks {}", preset.name());
+        }
+    }
+    let help = lumivox(folder.path(), &["render", "--help"]).stdout;
+    assert!(!help.contains("possible values: ct-bone"), "{help}");
 }

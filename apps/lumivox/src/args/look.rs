@@ -1,9 +1,13 @@
 //! The options of looks: which one each scan has, and what of it is altered. Each is given once for all scans, or once for
 //! each, in their order.
 
-use std::path::PathBuf;
+use std::{ffi::OsStr, path::PathBuf};
 
-use clap::{Arg, ArgAction, ArgMatches, Args, Command, FromArgMatches, value_parser};
+use clap::{
+    Arg, ArgAction, ArgMatches, Args, Command, FromArgMatches,
+    builder::{PossibleValue, TypedValueParser},
+    value_parser,
+};
 use lumivox_core::Preset;
 
 use super::values::{Window, number};
@@ -69,7 +73,7 @@ impl Args for LookNames {
             Arg::new(id).long(long).value_name(value).help_heading(HEADING).action(ArgAction::Append)
         };
         command
-            .arg(option(Self::PRESET, "preset", "NAME").value_parser(Preset::from_name).help(
+            .arg(option(Self::PRESET, "preset", "NAME").value_parser(PresetParser).hide_possible_values(true).help(
                 "Named look, one for all scans or one for each [default: what suits the scan; see 'lumivox presets']",
             ))
             .arg(option(Self::FILE, "transfer-function", "FILE").value_parser(value_parser!(PathBuf)).help(
@@ -80,6 +84,28 @@ impl Args for LookNames {
 
     fn augment_args_for_update(command: Command) -> Command {
         Self::augment_args(command)
+    }
+}
+
+/// Reads a preset's name, and knows all of them, for shells to complete.
+#[derive(Clone)]
+struct PresetParser;
+
+impl TypedValueParser for PresetParser {
+    type Value = Preset;
+
+    fn parse_ref(
+        &self,
+        command: &Command,
+        option: Option<&Arg>,
+        value: &OsStr,
+    ) -> Result<Preset, clap::Error> {
+        (|name: &str| Preset::from_name(name)).parse_ref(command, option, value)
+    }
+
+    fn possible_values(&self) -> Option<Box<dyn Iterator<Item = PossibleValue> + '_>> {
+        let value = |preset: Preset| PossibleValue::new(preset.name()).help(preset.description());
+        Some(Box::new(Preset::ALL.into_iter().map(value)))
     }
 }
 
