@@ -4,6 +4,7 @@ use std::{
     fs::File,
     io::Read,
     path::{Path, PathBuf},
+    sync::Arc,
 };
 
 use lumivox_core::{
@@ -211,6 +212,9 @@ impl Plan {
             }
             volumes.push(scan.volume);
         }
+        if self.written.is_none() {
+            tell_of_twins(&self.document, &volumes, reporter);
+        }
         let opened =
             lumivox_scene::open_loaded(&self.document, volumes, &folder, &opening, &reporter, cancel);
         let lumivox_scene::Opened { scene, camera } = opened.map_err(|error| self.failure(error))?;
@@ -304,6 +308,25 @@ fn tell(scan: &Loaded, is_chosen_here: bool, reporter: Reporter) {
         let count = scan.report.skipped.len();
         let were = if count == 1 { "file was" } else { "files were" };
         reporter.say(&format!("  note: {count} {were} left out; 'lumivox import' says which and why"));
+    }
+}
+
+/// Says which scans are others once more, by another path perhaps. With a look of its own it is meant so.
+fn tell_of_twins(document: &SceneDocument, volumes: &[Arc<Volume>], reporter: Reporter) {
+    let is_twin = |a: &Volume, b: &Volume| {
+        (a.dims(), a.patient_from_voxel(), a.slope(), a.intercept())
+            == (b.dims(), b.patient_from_voxel(), b.slope(), b.intercept())
+            && a.voxels() == b.voxels()
+    };
+    for (later, volume) in volumes.iter().enumerate() {
+        let looks_alike = |other: usize| document.volumes[other].look == document.volumes[later].look;
+        let first = (0..later).find(|&other| looks_alike(other) && is_twin(&volumes[other], volume));
+        if let Some(first) = first {
+            let (first, later) = (first + 1, later + 1);
+            reporter.say(&format!(
+                "note: scan {later} is scan {first} once more: they are shown in one place, twice as dense; give it once"
+            ));
+        }
     }
 }
 

@@ -103,6 +103,30 @@ fn slices_listed_by_a_shell_are_one_scan_and_folders_are_many() {
     assert_eq!(output.status.code(), Some(0), "{}", stderr(&output));
 }
 
+/// The same scan by two paths is rendered as it was asked for, and that is said; with two looks it is meant so.
+#[test]
+fn a_scan_that_is_given_twice_is_told() {
+    let folder = folder_with_scan();
+    let path = folder.path();
+    fs::create_dir(path.join("copy")).unwrap();
+    for slice in fs::read_dir(path.join("scan")).unwrap().map(Result::unwrap) {
+        fs::copy(slice.path(), path.join("copy").join(slice.file_name())).unwrap();
+    }
+    let note = "scan 2 is scan 1 once more";
+    let looks = ["--preset", "ct-bone", "--preset", "ct-skin"];
+    for (scans, more, is_told) in [
+        (["scan", "./scan"], &[][..], true),
+        (["scan", "copy"], &[], true),
+        (["scan", "copy"], &looks, false),
+        (["scan", "scan"], &looks, false),
+    ] {
+        let (code, told) = said(path, &[&scans[..], more].concat());
+        assert_eq!((code, told.contains(note)), (Some(0), is_told), "{scans:?} {more:?}: {told}");
+    }
+    let (code, told) = said(path, &["scan"]);
+    assert!(code == Some(0) && !told.contains("once more"), "{told}");
+}
+
 #[test]
 fn time_limits_end_a_render() {
     let folder = folder_with_scan();
