@@ -11,6 +11,7 @@ use crate::{
     distance::distances,
     grid::{Grid, HU_RANGE, means},
     lungs::{self, AIRY_HU},
+    odd_slices::odd_slices,
     outside::Outside,
     progress::Steps,
     refine::{self, Choice},
@@ -39,6 +40,9 @@ const FOAM_MM: f32 = 12.0;
 /// The smallest body and the largest, in ml.
 const LEAST_BODY_ML: f64 = 20.0;
 const MOST_BODY_ML: f64 = 500_000.0;
+
+/// Damaged slices that are named; of more it is said how many.
+const MOST_NAMED: usize = 5;
 
 /// The labels of a CT.
 pub fn labels(volume: &Volume, steps: &Steps<'_>, cancel: &CancelToken) -> Result<Labelled, Cancelled> {
@@ -71,7 +75,8 @@ pub fn labels(volume: &Volume, steps: &Steps<'_>, cancel: &CancelToken) -> Resul
             steps.report(0.86, 1.0, part);
         })?;
     let hollow_cells = (0..grid.len()).filter(|&i| hollow(i)).count();
-    let (confidence, notes) = judge(&grid, &solids, &outside, &hollows, hollow_cells);
+    let odd = odd_slices(volume, grid.axes[2]);
+    let (confidence, notes) = judge(&grid, &solids, &outside, &hollows, hollow_cells, &odd);
     Ok(Labelled { labels, confidence, notes })
 }
 
@@ -255,6 +260,7 @@ fn judge(
     outside: &Outside,
     hollows: &Hollows,
     hollow_cells: usize,
+    odd_slices: &[usize],
 ) -> (f64, Vec<String>) {
     let mut confidence = 0.95f64;
     let mut notes = Vec::new();
@@ -295,6 +301,26 @@ fn judge(
     if outside.cut > 0.05 {
         let percent = 100.0 * outside.cut;
         lower(0.9, format!("the field of view cuts the body along {percent:.0} % of its rim"));
+    }
+    let which: Vec<String> = odd_slices.iter().take(MOST_NAMED).map(|k| (k + 1).to_string()).collect();
+    match odd_slices.len() {
+        0 => {}
+        1 => lower(
+            0.5,
+            format!(
+                "slice {} is unlike both of its neighbours, perhaps damaged: lungs and what else it cuts may be missed",
+                which[0]
+            ),
+        ),
+        n => lower(
+            0.5,
+            format!(
+                "{n} slices are unlike both of their neighbours, perhaps damaged ({}{}): lungs and what else they cut may be \
+                 missed",
+                which.join(", "),
+                if n > MOST_NAMED { " and more" } else { "" },
+            ),
+        ),
     }
     if hollows.lung.contains(&true) && hollows.airways.is_none() {
         notes.push("no trachea was found: airways count as lungs or gas".to_owned());

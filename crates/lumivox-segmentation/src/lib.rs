@@ -31,6 +31,7 @@ mod distance;
 mod grid;
 mod lungs;
 mod mr;
+mod odd_slices;
 mod organ;
 mod outside;
 mod peel;

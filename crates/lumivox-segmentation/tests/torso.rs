@@ -2,7 +2,7 @@
 
 mod common;
 
-use lumivox_core::{CancelToken, Progress};
+use lumivox_core::{CancelToken, Progress, Volume, Voxels};
 use lumivox_phantom::{Arms, Metal, TorsoOptions, TorsoPart, torso, torso_parts};
 use lumivox_segmentation::Class;
 
@@ -58,4 +58,26 @@ fn a_round_field_of_view_that_cuts_arms_and_chest_at_a_low_dose() {
         ..Default::default()
     };
     check("cut", options);
+}
+
+/// A slice of zeros opens the chest: lungs may be missed, and the report says that it is not sure, and why.
+#[test]
+fn a_damaged_slice_lowers_the_confidence() {
+    let cancel = CancelToken::new();
+    let volume = torso(TorsoOptions { size: 64, ..Default::default() }, Progress::SILENT, &cancel).unwrap();
+    let whole = run(&volume);
+    assert!(!whole.report.to_string().contains("unlike"), "{}", whole.report);
+    let [nx, ny, nz] = volume.dims();
+    let damaged = nz / 2..nz / 2 + 1;
+    let values = (0..volume.voxel_count()).map(|i| {
+        let is_damaged = damaged.contains(&(i / nx / ny));
+        if is_damaged { 0.0 } else { (volume.voxels().get(i) * volume.slope() + volume.intercept()) as f32 }
+    });
+    let voxels = Voxels::F32(values.collect());
+    let place = volume.patient_from_voxel();
+    let damaged = Volume::new([nx, ny, nz], voxels, [1.0, 0.0], place, volume.modality()).unwrap();
+    let damaged = run(&damaged.with_unit("HU"));
+    let report = damaged.report.to_string();
+    assert!(damaged.report.confidence < 0.6 * whole.report.confidence, "{report}");
+    assert!(report.contains(&format!("slice {} is unlike both", nz / 2 + 1)), "{report}");
 }
