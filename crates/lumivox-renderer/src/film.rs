@@ -131,6 +131,16 @@ impl Film {
         self.planes.len() > plane_count(false)
     }
 
+    /// Gives a pixel that no sample hit, as if one had, a first hit: depth, and with guides normal and albedo, in a row.
+    pub(crate) fn set_first_hit(&mut self, pixel: usize, mut first_hit: impl Iterator<Item = f32>) {
+        let mut next = || first_hit.next().unwrap_or(0.0);
+        self.planes[0][pixel][3] = 1.0;
+        self.planes[1][pixel][0] = next();
+        for plane in self.planes[2..].iter_mut().rev() {
+            plane[pixel] = [next(), next(), next(), 0.0];
+        }
+    }
+
     /// Replaces the means of radiance and alpha. All else remains, the variance too.
     pub(crate) fn set_light(&mut self, pixel: usize, radiance: [f64; 3], alpha: f64) {
         let n = f64::from(self.samples(pixel));

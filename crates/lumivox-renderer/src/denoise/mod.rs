@@ -8,7 +8,9 @@
 //! noise hides. They are averages over a depth range, noisy themselves, and are filtered first, by the same filter.
 //!
 //! What is filtered is not radiance but light per coverage and albedo, multiplied back afterwards: silhouettes and
-//! texture then pass through.
+//! texture then pass through. Where something is translucent, few samples may all pass through it: see [`misses`].
+
+mod misses;
 
 use std::ops::Range;
 
@@ -53,16 +55,37 @@ const MARGIN: usize = WINDOW + PATCH;
 
 impl Film {
     /// The film with less noise and a little bias. Radiance and coverage change; samples, depth and guides do not, nor
-    /// does the variance, which remains that of the samples. Edges that are seen in the guides are kept best, so a
+    /// does the variance, which remains that of the samples. Pixels of something translucent that all samples passed
+    /// through by chance get all of it from those around them. Edges that are seen in the guides are kept best, so a
     /// film should have them. The result does not depend on the number of threads.
     pub fn denoised(&self) -> Film {
+        self.denoised_while(&|| true).expect("it may take as long as it does")
+    }
+
+    /// The same, for who may lose patience: `None` once `has_time` says no, which it is asked now and then, by any thread, and
+    /// to which it keeps.
+    pub fn denoised_while(&self, has_time: &(dyn Fn() -> bool + Sync)) -> Option<Film> {
         let shape = Shape::new(self.size());
         // What is not a number stays where it is: it neither gives nor takes.
-        let hit = shape.plane(|pixel| {
+        let only_hit = shape.plane(|pixel| {
             if self.alpha(pixel) > 0.0 && self.luminance(pixel).0.is_finite() { 1.0 } else { 0.0 }
         });
+        let missed = misses::missed(self, shape, &only_hit);
+        let both = |a: &Plane, b: &Plane| -> Plane { a.iter().zip(b).map(|(a, b)| a + b).collect() };
 
-        let features = smooth_features(shape, &hit, features(self, shape));
+        let mut features = features(self, shape);
+        let (hits, first_hits) = features.split_at_mut(DEPTH);
+        misses::fill(shape, &only_hit, &missed, &hits[0], first_hits);
+        let features = smooth_features(shape, &both(&only_hit, &missed), features, has_time);
+        if !has_time() {
+            return None;
+        }
+        // A gap that nothing around it is like stays one.
+        let missed = shape.plane(|pixel| {
+            let at = shape.at(pixel);
+            if features[0].values[at] > 0.0 { missed[at] } else { 0.0 }
+        });
+        let hit = both(&only_hit, &missed);
         let (coverage, albedo) = (&features[0].values, features.get(ALBEDO));
         let albedo =
             |channel: usize, at: usize| albedo.map_or(1.0, |a| a[channel].values[at].max(LEAST_ALBEDO));
@@ -86,7 +109,8 @@ impl Film {
                 luminance.variance[at] = relative as f32 * per_coverage * per_coverage;
             }
         }
-        tame_fireflies(shape, &hit, &mut luminance, &mut light);
+        // Among those that were hit: what shines among misses is no firefly.
+        tame_fireflies(shape, &only_hit, &mut luminance, &mut light);
         luminance.variance = box_mean(shape, &hit, &luminance.variance);
 
         let guides = guides(shape, &hit, &features);
@@ -99,15 +123,27 @@ impl Film {
             WINDOW,
             &guides,
             &[red, green, blue, coverage],
+            has_time,
         );
+        if !has_time() {
+            return None;
+        }
         let mut film = self.clone();
         for pixel in (0..shape.pixels()).filter(|&pixel| hit[shape.at(pixel)] > 0.0) {
             let at = shape.at(pixel);
-            let radiance =
-                [0, 1, 2].map(|c| f64::from(means[c][at] / means[3][at] * coverage[at] * albedo(c, at)));
+            let mut light_per_coverage = [0, 1, 2].map(|c| means[c][at] / means[3][at]);
+            if missed[at] > 0.0 {
+                // One that is like nothing around it would be a dark spot.
+                let around = misses::light_around(shape, &hit, &light, coverage, at);
+                if luminance_of(light_per_coverage) < 0.5 * luminance_of(around) {
+                    light_per_coverage = around;
+                }
+                film.set_first_hit(pixel, features.iter().skip(DEPTH).map(|feature| feature.values[at]));
+            }
+            let radiance = [0, 1, 2].map(|c| f64::from(light_per_coverage[c] * coverage[at] * albedo(c, at)));
             film.set_light(pixel, radiance, f64::from(coverage[at]));
         }
-        film
+        Some(film)
     }
 }
 
@@ -195,7 +231,12 @@ fn features(film: &Film, shape: Shape) -> Vec<Plane> {
 
 /// Features with the noise taken off that can be told from their own variation. Each is filtered by itself: of a
 /// surface that turns away, albedo may be averaged where normal and depth may not.
-fn smooth_features(shape: Shape, hit: &Plane, planes: Vec<Plane>) -> Vec<Noisy> {
+fn smooth_features(
+    shape: Shape,
+    hit: &Plane,
+    planes: Vec<Plane>,
+    has_time: &(dyn Fn() -> bool + Sync),
+) -> Vec<Noisy> {
     let mut noisy: Vec<Noisy> = planes
         .into_iter()
         .map(|values| Noisy { variance: variance_by_second_differences(shape, hit, &values), values })
@@ -204,7 +245,8 @@ fn smooth_features(shape: Shape, hit: &Plane, planes: Vec<Plane>) -> Vec<Noisy> 
     for feature in [COVERAGE, NORMAL, ALBEDO] {
         if let Some(alike) = noisy.get_mut(feature) {
             let sources: Vec<&Plane> = alike.iter().map(|n| &n.values).collect();
-            let smooth = nl_means(shape, hit, alike, FEATURE_TOLERANCE, FEATURE_WINDOW, &[], &sources);
+            let (tolerance, window) = (FEATURE_TOLERANCE, FEATURE_WINDOW);
+            let smooth = nl_means(shape, hit, alike, tolerance, window, &[], &sources, has_time);
             alike.iter_mut().zip(smooth).for_each(|(noisy, values)| noisy.values = values);
         }
     }
@@ -307,6 +349,7 @@ fn slope(shape: Shape, hit: &Plane, values: &Plane, at: usize) -> f32 {
 }
 
 /// Weighted means of `sources` over windows. A weight is the lesser of what patches of `alike` and what `guides` say.
+#[expect(clippy::too_many_arguments, reason = "the filter's whole state, used twice")]
 fn nl_means(
     shape: Shape,
     hit: &Plane,
@@ -315,6 +358,7 @@ fn nl_means(
     window: usize,
     guides: &[Guide],
     sources: &[&Plane],
+    has_time: &(dyn Fn() -> bool + Sync),
 ) -> Vec<Plane> {
     let bands: Vec<Vec<Vec<f32>>> = (0..shape.height.div_ceil(BAND))
         .into_par_iter()
@@ -322,7 +366,7 @@ fn nl_means(
             let rows = band * BAND..((band + 1) * BAND).min(shape.height);
             let mut filter = Band::new(shape, rows, sources.len());
             let window = window as isize;
-            for dy in -window..=window {
+            for dy in (-window..=window).take_while(|_| has_time()) {
                 for dx in -window..=window {
                     filter.add(hit, alike, tolerance, guides, sources, dy * shape.stride as isize + dx);
                 }

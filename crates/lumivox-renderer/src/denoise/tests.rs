@@ -171,6 +171,48 @@ fn haze_is_smoothed_and_as_dense_as_before() {
     assert!((mean(&clean) - mean(&noisy)).abs() < 0.003, "{} {}", mean(&clean), mean(&noisy));
 }
 
+/// Most samples pass through thin haze: what none of few met is as hazy as what is around it, and no dot.
+#[test]
+fn haze_of_few_samples_has_hardly_a_hole_and_is_as_dense_as_before() {
+    let haze = |_, _| Truth { alpha: 0.3, radiance: [0.15; 3], ..disc(SIZE / 2, 0) };
+    for (samples, guides, holes_left, bias) in
+        [(1, true, 0.1, 0.15), (2, true, 0.05, 0.1), (4, true, 0.05, 0.1), (4, false, 0.05, 0.1)]
+    {
+        let noisy = film(haze, samples, guides);
+        let clean = noisy.denoised();
+        let missed = all().filter(|&(p, _)| noisy.alpha(p) == 0.0).count() as f64;
+        let is_dark = |p: usize| clean.alpha(p) < 0.05 || clean.luminance(p).0 < 0.02;
+        let dark = all().filter(|&(p, _)| is_dark(p)).count() as f64;
+        assert!(missed > 100.0 && dark <= holes_left * missed, "{samples}: {dark} of {missed}");
+        let mean = |value: &dyn Fn(usize) -> f64| all().map(|(p, _)| value(p)).sum::<f64>() / 4096.0;
+        for (before, after) in [
+            (mean(&|p| noisy.alpha(p)), mean(&|p| clean.alpha(p))),
+            (mean(&|p| noisy.luminance(p).0), mean(&|p| clean.luminance(p).0)),
+        ] {
+            assert!((after / before - 1.0).abs() < bias, "{samples} samples: {before} became {after}");
+        }
+        for p in (0..(SIZE * SIZE) as usize).filter(|&p| clean.alpha(p) > 0.0) {
+            assert!((clean.depth(p) - haze(0, 0).depth).abs() < 0.02, "{}", clean.depth(p));
+        }
+    }
+}
+
+/// Between solid bars there is nothing, and there remains nothing.
+#[test]
+fn gaps_between_solids_stay_empty() {
+    let bars = |x: u32, _| {
+        let alpha = if x % 8 < 4 { 1.0 } else { 0.0 };
+        Truth { alpha, radiance: [0.5 * alpha; 3], ..disc(SIZE / 2, 0) }
+    };
+    for samples in [1, 4] {
+        let noisy = film(bars, samples, true);
+        let clean = noisy.denoised();
+        for (p, _) in all() {
+            assert!((clean.alpha(p) - noisy.alpha(p)).abs() < 1e-6, "{} at {p}", clean.alpha(p));
+        }
+    }
+}
+
 #[test]
 fn fireflies_go_out() {
     let center = (SIZE / 2 * SIZE + SIZE / 2) as usize;
@@ -207,4 +249,9 @@ fn films_of_no_or_one_sample_are_no_trouble() {
         let clean = film(disc, samples, true).denoised();
         assert!(all().all(|(p, _)| clean.radiance(p).iter().all(|c| c.is_finite() && *c >= 0.0)));
     }
+}
+
+#[test]
+fn who_has_no_time_gets_nothing() {
+    assert!(film(disc, 4, true).denoised_while(&|| false).is_none());
 }
