@@ -4,11 +4,17 @@ use std::{
     fmt, fs,
     path::PathBuf,
     process::ExitCode,
-    sync::{Mutex, PoisonError},
+    sync::{
+        Mutex, MutexGuard, PoisonError,
+        atomic::{AtomicBool, Ordering},
+    },
+    time::{Duration, Instant},
 };
 
 use lumivox_core::{CancelToken, Cancelled};
 use lumivox_import::ImportError;
+
+use crate::progress::{self, Reporter};
 
 /// The exit codes other than 0, as `--help` promises them.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -89,27 +95,122 @@ impl From<ImportError> for Failure {
     }
 }
 
-/// A token that Ctrl-C (or a polite kill) cancels. The second time ends the process at once.
+/// What another Ctrl-C, or polite kill, asks for.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+enum Wish {
+    /// What the one before asked for: `timeout` sends two at once, and keys bounce.
+    Same,
+    /// To stop.
+    Stop,
+    /// To end, where something is still being kept: it is asked again.
+    Hurry,
+    /// To end at once.
+    End,
+}
+
+/// What was asked for so far.
+#[derive(Debug, Default)]
+struct Wishes {
+    count: u32,
+    last: Option<Instant>,
+}
+
+impl Wishes {
+    /// Signals closer than that are one wish.
+    const APART: Duration = Duration::from_millis(300);
+
+    fn next(&mut self, now: Instant, is_keeping: bool) -> Wish {
+        if self.last.is_some_and(|last| now.saturating_duration_since(last) < Self::APART) {
+            return Wish::Same;
+        }
+        self.last = Some(now);
+        self.count += 1;
+        match self.count {
+            1 => Wish::Stop,
+            2 if is_keeping => Wish::Hurry,
+            _ => Wish::End,
+        }
+    }
+}
+
+/// A token that Ctrl-C (or a polite kill) cancels. The second time ends the process at once, unless there is
+/// [something to keep](keep): then the third.
 pub fn cancel_on_ctrl_c() -> Result<CancelToken, Failure> {
     let token = CancelToken::new();
     let cancelled = token.clone();
+    let mut wishes = Wishes::default();
     ctrlc::set_handler(move || {
-        if cancelled.is_cancelled() {
-            if let Some(path) = HALF_WRITTEN.lock().unwrap_or_else(PoisonError::into_inner).take() {
-                let _ = fs::remove_file(path);
+        let keeping = *lock(&KEEPING);
+        match wishes.next(Instant::now(), keeping.is_some()) {
+            Wish::Same => {}
+            Wish::Stop => {
+                cancelled.cancel();
+                lock(&STOPPED).get_or_insert_with(Instant::now);
+                if let Some(reporter) = keeping {
+                    reporter.say("stopping; the picture is saved as it is");
+                }
             }
-            std::process::exit(Exit::Interrupted as i32);
+            Wish::Hurry => {
+                HURRIES.store(true, Ordering::Relaxed);
+                progress::say("the picture is being saved; once more ends at once, without it");
+            }
+            Wish::End => {
+                if let Some(path) = lock(&HALF_WRITTEN).take() {
+                    let _ = fs::remove_file(path);
+                }
+                std::process::exit(Exit::Interrupted as i32);
+            }
         }
-        cancelled.cancel();
     })
     .map_err(|error| Failure::other(format!("cannot listen for Ctrl-C: {error}")))?;
     Ok(token)
 }
 
+/// From now on there may be a picture, which a second Ctrl-C does not lose.
+pub fn keep(reporter: Reporter) {
+    *lock(&KEEPING) = Some(reporter);
+}
+
+/// Whether what makes the picture nicer still has time: once somebody wants it stopped no more than some seconds, and none once
+/// that was asked for twice.
+pub fn has_time() -> bool {
+    const PATIENCE: Duration = Duration::from_secs(10);
+    !HURRIES.load(Ordering::Relaxed) && lock(&STOPPED).is_none_or(|at| at.elapsed() < PATIENCE)
+}
+
+/// Who hears of it, where there is something to keep.
+static KEEPING: Mutex<Option<Reporter>> = Mutex::new(None);
+
+/// When the first Ctrl-C came.
+static STOPPED: Mutex<Option<Instant>> = Mutex::new(None);
+
+/// Whether a second came.
+static HURRIES: AtomicBool = AtomicBool::new(false);
+
+fn lock<T>(mutex: &Mutex<T>) -> MutexGuard<'_, T> {
+    mutex.lock().unwrap_or_else(PoisonError::into_inner)
+}
+
 /// A file that nobody wants when the process ends while it is written.
 static HALF_WRITTEN: Mutex<Option<PathBuf>> = Mutex::new(None);
 
-/// Remembers, or forgets, the file that a second Ctrl-C removes.
+/// Remembers, or forgets, the file that goes when Ctrl-C ends the process.
 pub fn remove_when_killed(path: Option<PathBuf>) {
-    *HALF_WRITTEN.lock().unwrap_or_else(PoisonError::into_inner) = path;
+    *lock(&HALF_WRITTEN) = path;
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_picture_is_lost_to_the_third_wish_and_nothing_else_to_the_second() {
+        let begin = Instant::now();
+        let wishes = |is_keeping: bool| {
+            let mut wishes = Wishes::default();
+            [0, 20, 1000, 1200, 2000].map(|ms| wishes.next(begin + Duration::from_millis(ms), is_keeping))
+        };
+        assert_eq!(wishes(true), [Wish::Stop, Wish::Same, Wish::Hurry, Wish::Same, Wish::End]);
+        assert_eq!(wishes(false), [Wish::Stop, Wish::Same, Wish::End, Wish::Same, Wish::End]);
+    }
 }

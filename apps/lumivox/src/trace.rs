@@ -48,9 +48,11 @@ impl Traced {
         }
     }
 
-    /// Takes the noise off, for a little bias.
-    pub fn denoise(&mut self) {
-        self.film = self.film.denoised();
+    /// Takes the noise off, for a little bias; says whether there was time to.
+    pub fn denoise(&mut self, has_time: &(dyn Fn() -> bool + Sync)) -> bool {
+        let Some(denoised) = self.film.denoised_while(has_time) else { return false };
+        self.film = denoised;
+        true
     }
 
     /// The picture so far.

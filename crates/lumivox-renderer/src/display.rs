@@ -113,10 +113,20 @@ impl DisplaySettings {
         let map = environment.to_map();
         let light_source =
             Environment { source: lumivox_core::EnvironmentSource::Map(map), ..environment.clone() };
+        let quantise = |c: f64| (c.clamp(0.0, 1.0) * 255.0 + 0.5) as u8;
+        let shown = |light: [f64; 3]| {
+            self.tone_map.apply(light.map(|c| c * exposure)).map(|c| c.powf(self.inverse_gamma()))
+        };
+        let [r, g, b] = shown([0.0; 3]).map(quantise);
+        let nothing = [r, g, b, 0];
         (0..width * height)
             .into_par_iter()
             .map(|pixel| {
                 let coverage = film.alpha(pixel);
+                // Most of a picture that is stopped early, or of something small.
+                if coverage == 0.0 && self.background == Background::Transparent {
+                    return nothing;
+                }
                 let mut light = film.radiance(pixel);
                 let mut alpha = 1.0;
                 match self.background {
@@ -135,10 +145,8 @@ impl DisplaySettings {
                         (0..3).for_each(|i| light[i] += (1.0 - coverage) * behind[i]);
                     }
                 }
-                let display =
-                    self.tone_map.apply(light.map(|c| c * exposure)).map(|c| c.powf(self.inverse_gamma()));
-                let quantise = |c: f64| (c.clamp(0.0, 1.0) * 255.0 + 0.5) as u8;
-                [quantise(display[0]), quantise(display[1]), quantise(display[2]), quantise(alpha)]
+                let [r, g, b] = shown(light).map(quantise);
+                [r, g, b, quantise(alpha)]
             })
             .collect()
     }
@@ -148,17 +156,22 @@ impl DisplaySettings {
 /// blend is linear.
 pub fn put_on(rgba: &mut [u8], color: [u8; 3]) {
     let linear: [f64; 256] = std::array::from_fn(|code| linear_from_srgb(code as f64 / 255.0));
-    for pixel in rgba.chunks_exact_mut(4) {
+    let [red, green, blue] = color;
+    rgba.par_chunks_exact_mut(4).with_min_len(1 << 12).for_each(|pixel| {
         let alpha = f64::from(pixel[3]) / 255.0;
-        if pixel[3] < 255 {
-            for (channel, behind) in pixel.iter_mut().zip(color) {
-                let light =
-                    alpha * linear[usize::from(*channel)] + (1.0 - alpha) * linear[usize::from(behind)];
-                *channel = (srgb_from_linear(light) * 255.0 + 0.5) as u8;
+        match pixel[3] {
+            0 => pixel[..3].copy_from_slice(&[red, green, blue]),
+            1..255 => {
+                for (channel, behind) in pixel.iter_mut().zip(color) {
+                    let light =
+                        alpha * linear[usize::from(*channel)] + (1.0 - alpha) * linear[usize::from(behind)];
+                    *channel = (srgb_from_linear(light) * 255.0 + 0.5) as u8;
+                }
             }
+            255 => {}
         }
         pixel[3] = 255;
-    }
+    });
 }
 
 impl ToneMap {

@@ -60,6 +60,7 @@ impl Still {
             look_took: Duration::ZERO,
             noise: None,
             stopped: None,
+            is_unread: vec![false; views.len()],
         };
         Self {
             film: Film::new(width, height, request.guides),
@@ -92,9 +93,9 @@ impl Still {
         let run = tracing.run(gpu, cache, views, camera, request, target, film, on_progress);
         let mut outcome = run.unwrap_or_else(|error| Outcome::Failed(gpu.cause(error)));
         self.unfinished = 0;
-        for view in views.iter_mut() {
+        for (index, view) in views.iter_mut().enumerate() {
             if !matches!(outcome, Outcome::Failed(_)) {
-                match tracing.finish_paths(gpu, cache, view, request, on_progress) {
+                match tracing.finish_paths(gpu, cache, (index, view), request, on_progress) {
                     Ok(put_aside) => self.unfinished += put_aside,
                     Err(error) => outcome = Outcome::Failed(gpu.cause(error)),
                 }
@@ -105,7 +106,7 @@ impl Still {
             outcome = Outcome::Stopped;
         }
         // Even after a failure: the device may still be there, only its memory full.
-        if let Err(error) = read_film(gpu, views, request, film)
+        if let Err(error) = tracing.read_film(gpu, views, request, film, &mut |_| ())
             && !matches!(outcome, Outcome::Failed(_))
         {
             outcome = Outcome::Failed(gpu.cause(error));
@@ -152,26 +153,6 @@ impl Still {
     }
 }
 
-fn read_film(
-    gpu: &mut Gpu,
-    views: &[View],
-    request: &RenderRequest,
-    film: &mut Film,
-) -> Result<(), GpuError> {
-    let [origin, _] = request.part();
-    for view in views {
-        let mut recording = Recording::new();
-        view.record_read_film(&mut recording);
-        let settings = view.settings();
-        let at = [0, 1].map(|axis| settings.window_origin[axis] - origin[axis]);
-        for read_back in gpu.executor.execute(&recording)? {
-            let bytes = read_back.wait()?;
-            film.insert_samples(at, settings.window_size, &bytes, request.first_sample);
-        }
-    }
-    gpu.check()
-}
-
 #[derive(Debug)]
 struct Tracing {
     begin: Moment,
@@ -183,6 +164,8 @@ struct Tracing {
     noise: Option<f64>,
     /// When the callback said so.
     stopped: Option<Moment>,
+    /// Which windows have something that the film does not have yet.
+    is_unread: Vec<bool>,
 }
 
 impl Tracing {
@@ -202,12 +185,15 @@ impl Tracing {
             let submitted = Moment::now();
             let mut recording = Recording::new();
             // The window that is furthest behind is next, so that an unfinished image is evenly unfinished.
-            let behind = views.iter_mut().min_by_key(|v| v.samples()).expect("an image has a window");
+            let (index, behind) = (views.iter_mut().enumerate())
+                .min_by_key(|(_, view)| view.samples())
+                .expect("an image has a window");
             let samples = behind.samples();
             let recorded = behind.record_samples(cache, camera, target, self.budget, &mut recording);
             if recorded == 0 {
                 return Ok(Outcome::Complete);
             }
+            self.is_unread[index] = true;
             gpu.executor.execute(&recording)?;
             gpu.executor.wait()?;
             gpu.check()?;
@@ -219,7 +205,7 @@ impl Tracing {
             // Else the film would fall behind where paths are put aside, and to stop would take as long as to catch up.
             let is_behind = cache.limits().loop_turns.is_some() && behind.samples() > samples;
             if is_behind {
-                self.finish_paths(gpu, cache, behind, request, on_progress)?;
+                self.finish_paths(gpu, cache, (index, behind), request, on_progress)?;
             }
             self.tell(request, on_progress);
             if self.stopped.is_some() {
@@ -233,7 +219,8 @@ impl Tracing {
             }
             if self.last_look.elapsed() >= LOOK_EVERY.max(self.look_took * LOOK_SHARE) {
                 let looked = Moment::now();
-                read_film(gpu, views, request, film)?;
+                // Who stops it meanwhile waits for no look: the film is read at the end.
+                self.read_film(gpu, views, request, film, &mut |it| it.tell(request, on_progress))?;
                 self.noise = film.noise();
                 self.look_took = looked.elapsed();
                 self.last_look = Moment::now();
@@ -248,7 +235,7 @@ impl Tracing {
         &mut self,
         gpu: &mut Gpu,
         cache: &SceneCache,
-        view: &mut View,
+        (index, view): (usize, &mut View),
         request: &RenderRequest,
         on_progress: &mut dyn FnMut(&RenderProgress) -> ControlFlow<()>,
     ) -> Result<u32, GpuError> {
@@ -264,6 +251,7 @@ impl Tracing {
             if self.is_late() || !view.record_missing(cache, &mut recording) {
                 return Ok(put_aside);
             }
+            self.is_unread[index] = true;
             // One after the other, so that they can be stopped in between.
             for step in recording.steps {
                 let begin = Moment::now();
@@ -277,6 +265,38 @@ impl Tracing {
                 }
             }
         }
+    }
+
+    /// Brings what windows have into the film; `tell` is called between them, and may stop the render.
+    fn read_film(
+        &mut self,
+        gpu: &mut Gpu,
+        views: &[View],
+        request: &RenderRequest,
+        film: &mut Film,
+        tell: &mut dyn FnMut(&mut Self),
+    ) -> Result<(), GpuError> {
+        let [origin, _] = request.part();
+        let was_stopped = self.stopped.is_some();
+        for (index, view) in views.iter().enumerate() {
+            if !self.is_unread[index] {
+                continue;
+            }
+            let mut recording = Recording::new();
+            view.record_read_film(&mut recording);
+            let settings = view.settings();
+            let at = [0, 1].map(|axis| settings.window_origin[axis] - origin[axis]);
+            for read_back in gpu.executor.execute(&recording)? {
+                let bytes = read_back.wait()?;
+                film.insert_samples(at, settings.window_size, &bytes, request.first_sample);
+            }
+            self.is_unread[index] = false;
+            tell(self);
+            if self.stopped.is_some() && !was_stopped {
+                break;
+            }
+        }
+        gpu.check()
     }
 
     fn is_late(&self) -> bool {

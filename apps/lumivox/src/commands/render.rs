@@ -9,10 +9,9 @@ use lumivox_wgpu::RenderRequest;
 use crate::{
     args::RenderArgs,
     cluster,
-    exit::{self, Failure},
+    exit::{self, Exit, Failure},
     opening::{Opened, Plan, files_named},
-    output,
-    output::PngOutput,
+    output::{self, PngOutput},
     progress::{Reporter, human_duration},
     trace,
 };
@@ -65,6 +64,7 @@ pub fn run(args: &RenderArgs) -> Result<(), Failure> {
         it.noise = film.noise;
         it.guides = film.denoise;
     });
+    exit::keep(reporter);
     let mut traced = match (&mut gpu, &args.cluster) {
         (Some(gpu), _) => trace::trace(&scene, &camera, &request, gpu, reporter, &cancel)?,
         (None, address) => {
@@ -77,9 +77,13 @@ pub fn run(args: &RenderArgs) -> Result<(), Failure> {
         let reached = traced.samples;
         reporter.say(&format!("note: the time was over at {reached} of the {samples} samples per pixel"));
     }
+    let mut denoised = film.denoise;
     if film.denoise {
         reporter.say("denoising");
-        traced.denoise();
+        denoised = traced.denoise(&exit::has_time);
+        if !denoised && traced.cut_short.is_none() {
+            traced.cut_short = Some(Failure::new(Exit::Interrupted, "Stopped before it was denoised."));
+        }
     } else if traced.noise().is_some_and(|noise| noise > VISIBLE_NOISE) {
         reporter.say("note: noise is visible; --denoise smooths it, more --samples or --time take it away");
     }
@@ -100,7 +104,7 @@ pub fn run(args: &RenderArgs) -> Result<(), Failure> {
         picture.width,
         picture.height,
         traced.reached(),
-        if film.denoise { ", denoised" } else { "" },
+        if denoised { ", denoised" } else { "" },
         human_duration(start.elapsed()),
     );
     if let Some(failure) = traced.cut_short {
