@@ -1,10 +1,10 @@
-# Sourced after lib.sh: a Rust compiler with a standard library for browsers.
+# Sourced after lib.sh: a Rust compiler with a standard library for browsers, and the sources of that library for other systems.
 
 WASM_TARGET=wasm32-unknown-unknown
 
 # Debian packages that make up a private compiler where the system's own has no such library. They are of one version;
 # the library serves no other compiler.
-WASM_PACKAGES="rustc libstd-rust-dev-wasm32"
+WASM_PACKAGES="rustc rust-src libstd-rust-dev-wasm32"
 
 # Whether the compiler $1 knows the target and has its library, which `--print` does not look for.
 compiles_wasm() {
@@ -35,21 +35,26 @@ and run this again."
     RUSTC=rustc
     export RUSTC
     ! compiles_wasm "$RUSTC" || return 0
-    local folder=${CARGO_TARGET_DIR:-target}/wasm-rust
+    need_debian_rust "$WASM_TARGET" "$help"
+}
+
+# Sets and exports RUSTC: a private one from Debian. $1 is what the system's own has no library for, $2 how it would get one.
+need_debian_rust() {
+    local help=$2 folder=${CARGO_TARGET_DIR:-target}/wasm-rust
     case $folder in /*) ;; *) folder=$PWD/$folder ;; esac
     RUSTC=$folder/rustc
-    [ -x "$RUSTC" ] && rustc_is_new_enough "$RUSTC" && compiles_wasm "$RUSTC" && return 0
+    export RUSTC
+    [ -e "$folder/root/usr/lib/rustlib/src" ] && [ -x "$RUSTC" ] && rustc_is_new_enough "$RUSTC" && compiles_wasm "$RUSTC" && return 0
     [ "$(uname -s) $(uname -m)" = "Linux x86_64" ] && command -v apt-get >/dev/null 2>&1 &&
-        command -v dpkg-deb >/dev/null 2>&1 || die "This Rust has no standard library for $WASM_TARGET. $help"
-    [ -e "$DEBIAN_KEYRING" ] || die "This Rust has no standard library for $WASM_TARGET. $help
+        command -v dpkg-deb >/dev/null 2>&1 || die "This Rust has no standard library for $1. $help"
+    [ -e "$DEBIAN_KEYRING" ] || die "This Rust has no standard library for $1. $help
 One can be fetched from Debian, too, once 'debian-archive-keyring' is installed."
-    local mirrors mirror
+    local mirrors mirror fetched=
     mirrors=$(debian_mirrors)
-    [ -n "$mirrors" ] || die "This Rust has no standard library for $WASM_TARGET, and apt's sources name no mirror of Debian to fetch one from. $help
+    [ -n "$mirrors" ] || die "This Rust has no standard library for $1, and apt's sources name no mirror of Debian to fetch one from. $help
 Or name a mirror, as apt's sources would:
     DEBIAN_MIRROR=URI $0"
-    say "This Rust has no standard library for $WASM_TARGET: fetching one from Debian, with its compiler, into $folder (nothing is installed)"
-    local fetched=
+    say "This Rust has no standard library for $1: fetching one from Debian, with its compiler, into $folder (nothing is installed)"
     for mirror in $mirrors; do
         if fetch_wasm_rust "$folder" "$mirror"; then
             fetched=1
