@@ -5,6 +5,7 @@
 //! threshold before the grown volume explodes is the right one.
 
 use lumivox_core::{CancelToken, Cancelled, Volume};
+use rayon::prelude::*;
 
 use crate::{
     components::Components,
@@ -71,7 +72,7 @@ pub fn airways(
     volume: &Volume,
     grid: &Grid,
     means: &[f32],
-    hollow: &impl Fn(usize) -> bool,
+    hollow: &(impl Fn(usize) -> bool + Sync),
     lungs: &[bool],
     cancel: &CancelToken,
 ) -> Result<Option<VoxelSet>, Cancelled> {
@@ -94,7 +95,7 @@ pub fn airways(
 fn tracheas(
     grid: &Grid,
     means: &[f32],
-    hollow: &impl Fn(usize) -> bool,
+    hollow: &(impl Fn(usize) -> bool + Sync),
     lungs: &[bool],
     cancel: &CancelToken,
 ) -> Result<Vec<Vec<usize>>, Cancelled> {
@@ -105,7 +106,7 @@ fn tracheas(
     let mut tubes: Vec<(Vec<usize>, [f32; 2], usize)> = Vec::new();
     let has_lung: Vec<bool> = lungs.chunks_exact(slice_len).map(|slice| slice.contains(&true)).collect();
     let mut finished: Vec<Vec<usize>> = Vec::new();
-    for z in (0..grid.dims[2]).rev() {
+    let sections_of = |z: usize| {
         let first = z * slice_len;
         let dark = |i: usize| hollow(first + i) && means[first + i] < TRACHEA_HU;
         let sections = Components::new(&flat, dark, cancel)?;
@@ -113,10 +114,14 @@ fn tracheas(
         for (i, &section) in sections.of.iter().enumerate().filter(|&(_, &section)| section != 0) {
             members[section as usize].push(i);
         }
+        members.retain(|members| SECTION_MM2.contains(&(members.len() as f64 * cell_mm2)));
+        Ok(members)
+    };
+    let sections: Vec<Vec<Vec<usize>>> =
+        (0..grid.dims[2]).into_par_iter().map(sections_of).collect::<Result<_, Cancelled>>()?;
+    for (z, sections) in sections.into_iter().enumerate().rev() {
         let mut next: Vec<(Vec<usize>, [f32; 2], usize)> = Vec::new();
-        for section in
-            members.into_iter().filter(|members| SECTION_MM2.contains(&(members.len() as f64 * cell_mm2)))
-        {
+        for section in sections {
             let count = section.len() as f32;
             let sum = section.iter().fold([0.0; 2], |sum: [f32; 2], &i| {
                 [sum[0] + (i % grid.dims[0]) as f32, sum[1] + (i / grid.dims[0]) as f32]
@@ -134,7 +139,7 @@ fn tracheas(
             if count < 0.5 * box_cells {
                 continue;
             }
-            let section: Vec<usize> = section.into_iter().map(|i| first + i).collect();
+            let section: Vec<usize> = section.into_iter().map(|i| z * slice_len + i).collect();
             let reach = 4.0 + grid.cell_mm[2];
             let before =
                 tubes.iter().position(|(_, there, _)| (there[0] - at[0]).hypot(there[1] - at[1]) < reach);
@@ -187,7 +192,7 @@ impl Around<'_> {
 fn grow(
     volume: &Volume,
     grid: &Grid,
-    hollow: &impl Fn(usize) -> bool,
+    hollow: &(impl Fn(usize) -> bool + Sync),
     lungs: &[bool],
     seeds: &[usize],
     cancel: &CancelToken,

@@ -23,6 +23,9 @@ const WATER_HU: f64 = 0.0;
 /// Air is worth the median of so many voxels.
 const AIR_SAMPLES: usize = 1 << 20;
 
+/// Voxels that are looked through at a time.
+const CHUNK: usize = 1 << 18;
+
 /// The share of the work that finding the patient is; the rest makes things air.
 const FINDING: f64 = 0.7;
 
@@ -125,10 +128,19 @@ fn without_things(
 
 /// What air is worth: the median of what was found to be air, within the scan's values.
 pub fn air_value(volume: &Volume, labels: &LabelVolume) -> f64 {
-    let all = labels.voxels();
-    let stride = (labels.counts()[usize::from(Class::Air.value())] as usize / AIR_SAMPLES).max(1);
-    let air = all.iter().enumerate().filter(|&(_, &label)| label == Class::Air.value());
-    let mut values: Vec<f64> = air.step_by(stride).map(|(i, _)| volume.voxels().get(i)).collect();
+    let is_air = |label: &u8| *label == Class::Air.value();
+    let chunks = || labels.voxels().par_chunks(CHUNK);
+    let counts: Vec<usize> = chunks().map(|chunk| chunk.iter().filter(|&it| is_air(it)).count()).collect();
+    let stride = (counts.iter().sum::<usize>() / AIR_SAMPLES).max(1);
+    // Of those before each chunk the last that was taken says where it goes on.
+    let before = counts.iter().scan(0, |sum, count| Some(std::mem::replace(sum, *sum + count)));
+    let before: Vec<usize> = before.collect();
+    let values = chunks().zip(before).enumerate().flat_map_iter(|(place, (chunk, before))| {
+        let air = chunk.iter().enumerate().filter(|&(_, label)| is_air(label));
+        let air = air.skip(before.next_multiple_of(stride) - before).step_by(stride);
+        air.map(move |(i, _)| volume.voxels().get(place * CHUNK + i))
+    });
+    let mut values: Vec<f64> = values.collect();
     let [low, high] = volume.value_range();
     if values.is_empty() {
         return (-1000f64).clamp(low, high);
@@ -138,14 +150,18 @@ pub fn air_value(volume: &Volume, labels: &LabelVolume) -> f64 {
     stored * volume.slope() + volume.intercept()
 }
 
-/// Which voxels are things, which near one.
+/// Which voxels are near a thing, and which near the patient: a bit for each, in rows along x.
 struct Mask<'a> {
     dims: [usize; 3],
     labels: &'a [u8],
     /// Voxels along each axis that a thing's rim is wide.
     rim: [usize; 3],
-    /// Whether a row of voxels holds a thing.
-    rows: Vec<bool>,
+    /// Words of a row.
+    words: usize,
+    /// What is so near to a thing of its own row.
+    things: Vec<u64>,
+    /// What is next to a voxel of the patient's of its own row, or is one.
+    patient: Vec<u64>,
 }
 
 fn is_thing(label: u8) -> bool {
@@ -161,17 +177,48 @@ fn around(at: usize, reach: usize, n: usize) -> std::ops::Range<usize> {
     at.saturating_sub(reach)..(at + reach + 1).min(n)
 }
 
+/// Sets the bits beside those that are set, too.
+fn widen(row: &mut [u64]) {
+    let mut before = 0;
+    for i in 0..row.len() {
+        let (own, next) = (row[i], row.get(i + 1).copied().unwrap_or(0));
+        row[i] = own | own << 1 | own >> 1 | before >> 63 | next << 63;
+        before = own;
+    }
+}
+
 impl<'a> Mask<'a> {
     fn new(volume: &Volume, labels: &'a LabelVolume, cancel: &CancelToken) -> Result<Self, Cancelled> {
         let dims = labels.dims();
         let rim = volume.spacing_mm().to_array().map(|mm| ((RIM_MM / mm).ceil() as usize).clamp(1, MOST_RIM));
         let labels = labels.voxels();
-        let row = |row: &[u8]| {
+        let [is_thing, is_patient]: [[bool; 256]; 2] =
+            [is_thing, is_patient].map(|is: fn(u8) -> bool| std::array::from_fn(|label| is(label as u8)));
+        let all = |is: bool| if is { u64::MAX } else { 0 };
+        let words = dims[0].div_ceil(64);
+        let [mut things, mut patient] = [0, 1].map(|_| vec![0u64; words * dims[1] * dims[2]]);
+        let rows = labels.par_chunks(dims[0]);
+        let rows = rows.zip(things.par_chunks_mut(words)).zip(patient.par_chunks_mut(words));
+        rows.try_for_each(|((row, things), patient)| {
             cancel.check()?;
-            Ok(row.iter().any(|&label| is_thing(label)))
-        };
-        let rows = labels.par_chunks(dims[0]).map(row).collect::<Result<_, Cancelled>>()?;
-        Ok(Self { dims, labels, rim, rows })
+            for ((labels, things), patient) in row.chunks(64).zip(things.iter_mut()).zip(patient.iter_mut()) {
+                let first = labels[0];
+                if labels.iter().all(|&label| label == first) {
+                    // Most are, and bits beyond the row are asked of nobody.
+                    (*things, *patient) =
+                        (all(is_thing[usize::from(first)]), all(is_patient[usize::from(first)]));
+                    continue;
+                }
+                for (bit, &label) in labels.iter().enumerate() {
+                    *things |= u64::from(is_thing[usize::from(label)]) << bit;
+                    *patient |= u64::from(is_patient[usize::from(label)]) << bit;
+                }
+            }
+            (0..rim[0]).for_each(|_| widen(things));
+            widen(patient);
+            Ok(())
+        })?;
+        Ok(Self { dims, labels, rim, words, things, patient })
     }
 
     fn row(&self, y: usize, z: usize) -> &[u8] {
@@ -193,17 +240,24 @@ impl<'a> Mask<'a> {
         let slice = |(z, slice): (usize, &mut [T])| {
             cancel.check()?;
             let mut removed = Removed::default();
-            let mut near = vec![false; nx];
+            let [mut near, mut at_patient] = [0, 1].map(|_| vec![0u64; self.words]);
             for (y, samples) in slice.chunks_exact_mut(nx).enumerate() {
-                if !self.near_things(y, z, &mut near) {
+                self.gather(&self.things, [y, z], [self.rim[1], self.rim[2]], &mut near);
+                if near.iter().all(|&bits| bits == 0) {
                     continue;
                 }
+                self.gather(&self.patient, [y, z], [1, 1], &mut at_patient);
                 let labels = self.row(y, z);
-                for x in (0..nx).filter(|&x| near[x]) {
+                let is_set = |bits: &[u64], x: usize| bits[x / 64] >> (x % 64) & 1 == 1;
+                let share = |x: usize| match is_set(&at_patient, x) {
+                    true => self.patient_share([x, y, z]),
+                    false => 0.0,
+                };
+                for x in (0..nx).filter(|&x| is_set(&near, x)) {
                     let share = match labels[x] {
-                        label if is_thing(label) => self.patient_share([x, y, z]),
+                        label if is_thing(label) => share(x),
                         // Skin in part.
-                        label if label == Class::Air.value() && self.patient_share([x, y, z]) == 0.0 => 0.0,
+                        label if label == Class::Air.value() && share(x) == 0.0 => 0.0,
                         _ => continue,
                     };
                     let was: f64 = samples[x].into();
@@ -223,20 +277,16 @@ impl<'a> Mask<'a> {
         samples.par_chunks_mut(nx * ny).enumerate().map(slice).collect()
     }
 
-    /// Marks the voxels of a row that are things or near one; whether there are any.
-    fn near_things(&self, y: usize, z: usize, near: &mut [bool]) -> bool {
-        let [nx, ny, nz] = self.dims;
-        near.fill(false);
-        let mut any = false;
-        for z in around(z, self.rim[2], nz) {
-            for y in around(y, self.rim[1], ny).filter(|y| self.rows[z * ny + y]) {
-                any = true;
-                for (x, _) in self.row(y, z).iter().enumerate().filter(|&(_, &label)| is_thing(label)) {
-                    near[around(x, self.rim[0], nx)].fill(true);
-                }
+    /// The bits of a row and of those around it, as far as `reach` says.
+    fn gather(&self, bits: &[u64], [y, z]: [usize; 2], reach: [usize; 2], into: &mut [u64]) {
+        let [_, ny, nz] = self.dims;
+        into.fill(0);
+        for z in around(z, reach[1], nz) {
+            for y in around(y, reach[0], ny) {
+                let row = &bits[(z * ny + y) * self.words..][..self.words];
+                into.iter_mut().zip(row).for_each(|(into, bits)| *into |= bits);
             }
         }
-        any
     }
 
     /// How much of a voxel and its neighbours is the patient, by binomial weights.

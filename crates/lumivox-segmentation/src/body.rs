@@ -172,9 +172,8 @@ fn judge_rest(
 ) -> Result<(), Cancelled> {
     let [body, table] = [Class::Body, Class::Table].map(Class::value);
     // Before all: what is as hard as no thin part of a body, and goes on from the table.
-    let seeds = (0..grid.len()).filter(|&i| class[i] == table);
     let hard = |i: usize| solid[i] && class[i] == 0 && means[i] > HARD_HU;
-    let hard = reach(grid, seeds, hard, NEAR_MM, cancel)?;
+    let hard = reach(grid, |i| class[i] == table, hard, NEAR_MM, cancel)?;
     class.iter_mut().zip(&hard).filter(|&(_, &hard)| hard).for_each(|(class, _)| *class = table);
     let rest = Components::new(grid, |i| solid[i] && class[i] == 0, cancel)?;
     let mut contacts = vec![[0usize; 2]; rest.sizes.len()];
@@ -212,8 +211,7 @@ fn judge_rest(
         .collect();
     let partly = |i: usize| rest.of[i] != 0 && verdicts[rest.of[i] as usize] == Verdict::WhatIsNear;
     let near = if verdicts.contains(&Verdict::WhatIsNear) {
-        let seeds = (0..grid.len()).filter(|&i| class[i] == body);
-        reach(grid, seeds, partly, NEAR_MM, cancel)?
+        reach(grid, |i| class[i] == body, partly, NEAR_MM, cancel)?
     } else {
         Vec::new()
     };

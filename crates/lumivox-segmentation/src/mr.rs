@@ -6,7 +6,7 @@ use rayon::prelude::*;
 use crate::{
     Labelled,
     class::Class,
-    components::{Components, reach},
+    components::{Components, filled, reach},
     distance::distances,
     grid::{Grid, means},
     progress::Steps,
@@ -50,10 +50,8 @@ pub fn labels(volume: &Volume, steps: &Steps<'_>, cancel: &CancelToken) -> Resul
         let cell = grid.cell(i);
         (0..3).any(|axis| cell[axis] == 0 || cell[axis] + 1 == grid.dims[axis])
     };
-    let seeds = (0..grid.len()).filter(|&i| open(i) && at_side(i));
-    let core = reach(&grid, seeds, open, f32::INFINITY, cancel)?;
-    let seeds = (0..grid.len()).filter(|&i| core[i]);
-    let outside = reach(&grid, seeds, |i| !solid(i), INTO_NARROW_MM, cancel)?;
+    let core = filled(&grid, at_side, open, cancel)?;
+    let outside = reach(&grid, |i| core[i], |i| !solid(i), INTO_NARROW_MM, cancel)?;
     steps.report(0.0, 0.75, 1.0);
 
     let class = |i: usize| if outside[i] { 0 } else { Class::Body.value() };

@@ -9,7 +9,7 @@ use rayon::prelude::*;
 
 use crate::{
     class::Class,
-    components::{Components, reach},
+    components::{Components, filled, reach},
     distance::{distances, distances_in_slices},
     grid::Grid,
 };
@@ -60,13 +60,11 @@ impl Outside {
         })?;
         let from_body = distances(grid, &body, WIDE_MM + 1.0, cancel)?;
         let wide = |i: usize| from_body[i] > WIDE_MM && measured(i);
-        let seeds = (0..grid.len()).filter(|&i| core[i] && wide(i));
-        let reached = reach(grid, seeds, wide, f32::INFINITY, cancel)?;
+        let reached = filled(grid, |i| core[i], wide, cancel)?;
         core.iter_mut().zip(&reached).for_each(|(core, &reached)| *core |= reached);
 
         let hollow = |i: usize| !body(i) && measured(i);
-        let seeds = (0..grid.len()).filter(|&i| core[i]);
-        let mut cells = reach(grid, seeds, hollow, INTO_NARROW_MM, cancel)?;
+        let mut cells = reach(grid, |i| core[i], hollow, INTO_NARROW_MM, cancel)?;
         open_grooves(grid, &hollow, &mut cells, cancel)?;
         let at_rim = (0..grid.len()).filter(|&i| rim[i % grid.slice_len()]);
         let (all, of_body) =
@@ -129,7 +127,7 @@ fn air_at_sides(grid: &Grid, means: &[f32], open: impl Fn(usize) -> bool, rim: &
 /// Hollows that are open to the outside along much of their surface are folds of the skin, and gaps between limbs.
 fn open_grooves(
     grid: &Grid,
-    hollow: &impl Fn(usize) -> bool,
+    hollow: &(impl Fn(usize) -> bool + Sync),
     outside: &mut [bool],
     cancel: &CancelToken,
 ) -> Result<(), Cancelled> {
