@@ -225,15 +225,18 @@ namespace Lumivox.Tests
                 var picture = Pictures.Color(camera);
                 return Enumerable.Range(0, Side * Side).Count(i => Light(picture.At(i % Side, i / Side)) > Bright);
             }
-            var all = Lit();
+            var before = Lit();
+            // Quick machines have found it by now.
+            var isBefore = volume.isPreparing;
             Ready();
             CollectionAssert.IsEmpty(volume.GetWarnings());
             var airways = Lit();
-            Assert.IsTrue(airways > 0 && airways < 0.7f * all, $"{airways} of {all} pixels");
             // Everything comes before the organ.
             Assert.IsFalse(torso.hasSurroundings);
             volume.keepEverything = true;
-            Assert.AreEqual(all, Lit(), 0.05f * all);
+            var all = Lit();
+            Assert.IsTrue(airways > 0 && airways < 0.7f * all, $"{airways} of {all} pixels");
+            if (isBefore) Assert.AreEqual(all, before, 0.05f * all);
             volume.keepEverything = false;
             Ready();
             Assert.AreEqual(airways, Lit(), 0.05f * all + 1f);
