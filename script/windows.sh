@@ -31,7 +31,7 @@ debian_security_mirrors() {
 need_windows_toolchain() {
     local folder=$WINDOWS_FOLDER/toolchain made_of
     made_of="$WINDOWS_RELEASE $WINDOWS_PACKAGES
-$(declare -f fetch_windows_toolchain wrap_windows_toolchain build_windows_std with_windows_toolchain | cksum)"
+$(declare -f fetch_windows_toolchain wrap_windows_toolchain build_windows_std with_windows_toolchain nameless | cksum)"
     if [ "$(cat "$folder/made-of" 2>/dev/null)" != "$made_of" ] || ! rustc_is_new_enough "$folder/bin/rustc"; then
         [ "$(uname -s) $(uname -m)" = "Linux x86_64" ] && command -v apt-get >/dev/null 2>&1 &&
             command -v dpkg-deb >/dev/null 2>&1 && [ -e "$DEBIAN_KEYRING" ] ||

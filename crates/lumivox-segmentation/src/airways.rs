@@ -192,7 +192,7 @@ impl Around<'_> {
 fn grow(
     volume: &Volume,
     grid: &Grid,
-    hollow: &(impl Fn(usize) -> bool + Sync),
+    hollow: &impl Fn(usize) -> bool,
     lungs: &[bool],
     seeds: &[usize],
     cancel: &CancelToken,
