@@ -154,6 +154,10 @@ impl App {
         // Tiles that are left come when it is over, whatever becomes of it.
         (self.tiling, self.were_tiles_made) = (None, false);
         (self.state.done, self.is_restoring) = (None, false);
+        // The job before may still look for what is shown of the scan that is there, which stays if this one fails.
+        if self.state.session.as_ref().is_some_and(Session::is_coming) && self.showing.is_none() {
+            self.show_anew();
+        }
         (self.opening, self.arriving) = (Some(job), Some(Strip::default()));
     }
 
@@ -171,12 +175,20 @@ impl App {
 
     fn export_to(&mut self, file: PathBuf) {
         let Some(session) = &self.state.session else { return };
+        if session.is_coming() {
+            return self.has_no_picture();
+        }
         // The picture comes before the tiles that are left.
         (self.tiling, self.were_tiles_made) = (None, false);
         let (scene, document) = (session.scene().0.clone(), session.document().clone());
         let (camera, room) = (*session.camera(), self.darkroom.clone());
         let job = errands::export(room, document, scene, camera, file.clone(), self.wake.clone());
         self.exporting = Some((file, job));
+    }
+
+    /// Who asked for a picture of the scan before hears that there is none yet of the one in its place.
+    fn has_no_picture(&mut self) {
+        self.state.failed = Some((Word::CannotSave, self.state.say(Word::Preparing).to_owned()));
     }
 
     /// What became of a file dialog.
@@ -256,7 +268,8 @@ impl App {
             Action::Redo => anew = self.state.session.as_mut().is_some_and(Session::redo),
             Action::About => self.state.dialog = Some(Dialog::About),
             Action::ExportDialog => {
-                if let Some(session) = &self.state.session {
+                // Keys ask for it while there is nothing to see, too.
+                if let Some(session) = self.state.session.as_ref().filter(|session| !session.is_coming()) {
                     let draft = ExportDraft::of(session.document(), self.state.view_size);
                     self.state.dialog = Some(Dialog::Export(draft));
                 }
@@ -292,7 +305,8 @@ impl App {
                 }
             }
         }
-        if anew {
+        // What is looked for already comes first.
+        if anew && !self.state.session.as_ref().is_some_and(Session::is_coming) {
             self.show_anew();
         }
     }

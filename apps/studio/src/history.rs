@@ -56,11 +56,6 @@ impl History {
         true
     }
 
-    /// Changes what it begins with: no command, and nothing to go back to.
-    pub fn begin_with(&mut self, change: impl FnOnce(&mut SceneDocument)) {
-        change(&mut self.present);
-    }
-
     /// Nothing is held any more: the next change is a step of its own.
     pub fn close(&mut self) {
         self.is_open = false;

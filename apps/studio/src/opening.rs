@@ -8,7 +8,7 @@ use lumivox_core::document::{Entry, SceneDocument, View};
 use lumivox_core::{PerspectiveCamera, Preset, Progress, Scene, Volume};
 use lumivox_import::files::{self, File};
 use lumivox_import::{ImportError, ImportOptions, ImportReport, SeriesSummary, Study, Thumbnail};
-use lumivox_scene::{Notes, OpenErrorKind, Opening, Remedy};
+use lumivox_scene::{Notes, OpenErrorKind, Opening, Part, Remedy};
 
 use crate::jobs::Desk;
 
@@ -79,6 +79,10 @@ pub enum Told {
     Thumbnail(usize, Thumbnail),
     /// It is there.
     Opened(Box<Opened>),
+    /// A scan is read, and its slices can be seen. What of it is shown is still looked for: its scene has all that was scanned.
+    Scan(Box<Opened>),
+    /// What is shown of the scan that was told before, and what is worth telling of that.
+    Found(Scene, Vec<String>),
     /// Why it is not, in a sentence that names the file.
     Failed(String),
 }
@@ -163,7 +167,7 @@ fn open_series(study: SharedStudy, place: usize, desk: &Desk<Told>) -> Result<()
     present(imported.volume, imported.report, desk)
 }
 
-/// Makes the scene of a volume that suits.
+/// Makes the scene of a volume that suits: its slices can be seen before what is shown of it is found.
 ///
 /// # Errors
 /// Why it cannot be shown.
@@ -171,9 +175,33 @@ pub fn present(volume: Volume, report: ImportReport, desk: &Desk<Told>) -> Resul
     let volume = lumivox_scene::identified(volume);
     let source = volume.source().cloned().unwrap_or_default();
     let scan = lumivox_core::document::Scan { keep: Default::default(), taken_off: None, ..source };
-    let document = SceneDocument { volumes: vec![Entry::new(scan)], ..SceneDocument::default() };
-    let volume = Arc::new(volume);
-    assemble(document, vec![volume], report, vec![], desk)
+    let mut document = SceneDocument { volumes: vec![Entry::new(scan)], ..SceneDocument::default() };
+    let scans = vec![Arc::new(volume)];
+    find_looks(&mut document, &scans);
+    // Looking for the patient takes longer than to read one. Slices do not wait for it.
+    let whole = scans.iter().map(|scan| Part { volume: scan.clone(), labels: None, peel: None });
+    let scene = lumivox_scene::assemble(&document, whole.collect(), None).map_err(|error| error.to_string())?;
+    let camera = camera(&document, &scene)?;
+    let (notes, is_framed) = (vec![], true);
+    let read = Opened { document: document.clone(), scans: scans.clone(), scene, camera, is_framed, report, notes };
+    desk.tell(Told::Scan(Box::new(read)));
+    let (scene, notes) = show(&document, scans, desk)?;
+    desk.tell(Told::Found(scene, notes));
+    Ok(())
+}
+
+/// Which look suits is found once, and is the first thing that a person may change.
+fn find_looks(document: &mut SceneDocument, scans: &[Arc<Volume>]) {
+    for (entry, scan) in document.volumes.iter_mut().zip(scans) {
+        if entry.look.preset.is_none() && entry.look.transfer_function.is_none() {
+            entry.look.preset = Some(Preset::default_for(scan));
+        }
+    }
+}
+
+fn camera(document: &SceneDocument, scene: &Scene) -> Result<PerspectiveCamera, String> {
+    let camera = document.camera.camera(scene, document.film.aspect());
+    camera.ok_or_else(|| "the camera is the point looked at".to_owned())
 }
 
 /// What a note's remedy is called here: the switch that does it.
@@ -192,17 +220,11 @@ fn assemble(
     mut notes: Vec<String>,
     desk: &Desk<Told>,
 ) -> Result<(), String> {
-    for (entry, scan) in document.volumes.iter_mut().zip(&scans) {
-        // Which look suits is found once, and is the first thing that a person may change.
-        if entry.look.preset.is_none() && entry.look.transfer_function.is_none() {
-            entry.look.preset = Some(Preset::default_for(scan));
-        }
-    }
+    find_looks(&mut document, &scans);
     let (scene, told) = show(&document, scans.clone(), desk)?;
     notes.extend(told);
-    let aspect = document.film.aspect();
     let is_framed = document.camera == View::default();
-    let camera = document.camera.camera(&scene, aspect).ok_or("the camera is the point looked at")?;
+    let camera = camera(&document, &scene)?;
     desk.tell(Told::Opened(Box::new(Opened { document, scans, scene, camera, is_framed, report, notes })));
     Ok(())
 }

@@ -38,6 +38,10 @@ pub enum Word {
     Thumbnail(usize, Thumbnail),
     /// A scene is open.
     Opened(OpenedWords),
+    /// A scan is read of which it is still looked for what is shown. Both sides know its volumes from then on.
+    Scan(OpenedWords),
+    /// What was found of it.
+    Found(SceneWords, Vec<String>),
     /// What is shown of scans.
     Shown(SceneWords, Vec<String>),
     /// Why it is not open, or not shown.
@@ -108,6 +112,8 @@ struct MapWords {
 #[derive(Serialize, Deserialize)]
 struct Letter<T> {
     word: T,
+    /// So many volumes were sent before and have the first numbers.
+    known: usize,
     volumes: Vec<VolumeWords>,
     map: Option<MapWords>,
 }
@@ -115,17 +121,23 @@ struct Letter<T> {
 /// Things to send.
 #[derive(Default)]
 pub struct Packer {
+    known: Vec<Arc<Volume>>,
     volumes: Vec<Arc<Volume>>,
     map: Option<Arc<EnvironmentMap>>,
 }
 
 impl Packer {
+    /// For who has some volumes already, which are not sent again.
+    pub fn knowing(known: Vec<Arc<Volume>>) -> Self {
+        Self { known, ..Self::default() }
+    }
+
     /// Puts a volume in, once; its number.
     pub fn volume(&mut self, volume: &Arc<Volume>) -> usize {
-        let known = self.volumes.iter().position(|known| Arc::ptr_eq(known, volume));
-        known.unwrap_or_else(|| {
+        let mut all = self.known.iter().chain(&self.volumes);
+        all.position(|known| Arc::ptr_eq(known, volume)).unwrap_or_else(|| {
             self.volumes.push(volume.clone());
-            self.volumes.len() - 1
+            self.known.len() + self.volumes.len() - 1
         })
     }
 
@@ -183,7 +195,8 @@ impl Packer {
             .map
             .as_ref()
             .map(|map| MapWords { size: [map.width, map.height], file: map.file().map(Path::to_owned) });
-        let letter = Letter { word, volumes: self.volumes.iter().map(of).collect(), map };
+        let (known, volumes) = (self.known.len(), self.volumes.iter().map(of).collect());
+        let letter = Letter { word, known, volumes, map };
         serde_json::to_string(&letter).expect("all of it is text and numbers")
     }
 
@@ -207,7 +220,9 @@ pub trait Bytes {
 pub struct Unpacker<'a> {
     words: Vec<VolumeWords>,
     map: Option<MapWords>,
+    /// Those that were sent before, and as many of the others as were asked for.
     made: Vec<Option<Arc<Volume>>>,
+    known: usize,
     bytes: &'a dyn Bytes,
 }
 
@@ -225,11 +240,31 @@ impl<'a> Unpacker<'a> {
         letter: &str,
         bytes: &'a dyn Bytes,
     ) -> Result<(T, Self), String> {
-        let Letter { word, volumes, map } = serde_json::from_str(letter).map_err(lost)?;
-        let made = vec![None; volumes.len()];
-        Ok((word, Self { words: volumes, map, made, bytes }))
+        let Letter { word, known, volumes, map } = serde_json::from_str(letter).map_err(lost)?;
+        let made = vec![None; known + volumes.len()];
+        Ok((word, Self { words: volumes, map, made, known, bytes }))
     }
 
+    /// The volumes that were sent before.
+    ///
+    /// # Errors
+    /// Where the other side knows others.
+    pub fn know(&mut self, known: &[Arc<Volume>]) -> Result<(), String> {
+        if known.len() != self.known {
+            return Err(lost("a volume is not there"));
+        }
+        self.made.iter_mut().zip(known).for_each(|(made, known)| *made = Some(known.clone()));
+        Ok(())
+    }
+
+    /// What was said of a volume that came with this letter, and the number of its bytes.
+    fn words(&self, number: usize) -> Result<(&VolumeWords, usize), String> {
+        let own = number.checked_sub(self.known);
+        let words = own.and_then(|own| self.words.get(own).zip(Some(own)));
+        words.ok_or_else(|| lost("a volume is not there"))
+    }
+
+    /// Samples by the number of their bytes.
     fn samples<S: bytemuck::Pod>(&self, number: usize) -> Vec<S> {
         let mut samples = vec![S::zeroed(); self.bytes.length(number) / size_of::<S>()];
         self.bytes.copy(number, bytemuck::cast_slice_mut(&mut samples));
@@ -244,11 +279,11 @@ impl<'a> Unpacker<'a> {
         if let Some(Some(made)) = self.made.get(number) {
             return Ok(made.clone());
         }
-        let words = self.words.get(number).ok_or_else(|| lost("a volume is not there"))?;
+        let (words, bytes) = self.words(number)?;
         let voxels = match words.bytes_per_sample {
-            1 => Voxels::U8(self.samples(number)),
-            2 => Voxels::U16(self.samples(number)),
-            _ => Voxels::F32(self.samples(number)),
+            1 => Voxels::U8(self.samples(bytes)),
+            2 => Voxels::U16(self.samples(bytes)),
+            _ => Voxels::F32(self.samples(bytes)),
         };
         let place = DAffine3::from_cols_array(&words.place);
         let volume = Volume::new(words.dims, voxels, words.rescale, place, words.modality).map_err(lost)?;
@@ -262,11 +297,11 @@ impl<'a> Unpacker<'a> {
     }
 
     fn labels(&mut self, words: LabelWords) -> Result<Arc<LabelVolume>, String> {
-        let of = self.words.get(words.volume).ok_or_else(|| lost("labels are not there"))?;
+        let (of, bytes) = self.words(words.volume)?;
         let table =
             words.table.into_iter().map(|(value, name, color)| Label { value, name, color }).collect();
         let place = DAffine3::from_cols_array(&of.place);
-        let labels = LabelVolume::new(of.dims, self.samples(words.volume), place, table).map_err(lost)?;
+        let labels = LabelVolume::new(of.dims, self.samples(bytes), place, table).map_err(lost)?;
         let Some((files, table, numbers)) = words.source else { return Ok(Arc::new(labels)) };
         let number =
             |(number, value): (String, u8)| number.parse().map(|number| (number, value)).map_err(lost);

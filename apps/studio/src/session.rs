@@ -77,8 +77,10 @@ pub struct Session {
     scene: Scene,
     version: u64,
     camera: PerspectiveCamera,
-    /// Whether all that is seen is to fit the view, once that has a shape.
-    is_framed: bool,
+    /// From where it is seen until the view has a shape, which all is to fit: nobody said from where.
+    unframed: Option<View>,
+    /// Whether what is shown is still looked for.
+    is_coming: bool,
     saved: SceneDocument,
     /// How the first scan was read.
     pub report: ImportReport,
@@ -102,6 +104,17 @@ fn parts_of(scene: &Scene) -> Vec<Part> {
 }
 
 impl Session {
+    /// Begins with a scan of which it is still looked for what is shown.
+    pub fn of_scan(opened: Opened) -> Self {
+        let mut session = Self::new(opened);
+        session.is_coming = true;
+        for entry in &mut session.shown_of {
+            entry.scan.keep = Keep::Everything;
+            (entry.labels, entry.peel) = (None, None);
+        }
+        session
+    }
+
     /// Begins with what was opened.
     pub fn new(opened: Opened) -> Self {
         let Opened { mut document, scans, scene, camera, is_framed, report, notes } = opened;
@@ -112,6 +125,7 @@ impl Session {
             _ => None,
         };
         Self {
+            unframed: is_framed.then_some(document.camera),
             parts: parts_of(&scene),
             shown_of: document.volumes.clone(),
             asked_of: document.volumes.clone(),
@@ -122,7 +136,7 @@ impl Session {
             scene,
             version: next_version(),
             camera,
-            is_framed,
+            is_coming: false,
             report,
             notes,
         }
@@ -138,6 +152,11 @@ impl Session {
         (&self.scene, self.version)
     }
 
+    /// Whether what is shown is still looked for: until then there are slices alone.
+    pub fn is_coming(&self) -> bool {
+        self.is_coming
+    }
+
     /// From where.
     pub fn camera(&self) -> &PerspectiveCamera {
         &self.camera
@@ -145,11 +164,20 @@ impl Session {
 
     /// The view has that shape, width over height: what nobody framed otherwise is framed for it, once.
     pub fn fit(&mut self, aspect: f64) {
-        if std::mem::take(&mut self.is_framed)
+        if !self.is_coming
+            && let Some(before) = self.unframed.take()
+            // Who turned it meanwhile said from where.
+            && self.document().camera == before
             && let Some(camera) = View::default().camera(&self.scene, aspect)
         {
-            self.history.begin_with(|document| document.camera = View::of(&camera));
-            self.saved.camera = View::of(&camera);
+            let framed = View::of(&camera);
+            // No command: there is nothing to go back to.
+            self.history.rewrite(|document| {
+                if document.camera == before {
+                    document.camera = framed;
+                }
+            });
+            self.saved.camera = framed;
             self.camera = camera;
         }
     }
@@ -262,8 +290,9 @@ impl Session {
         (self.document().clone(), self.scans.clone())
     }
 
-    /// What such a job found. What was changed meanwhile stays changed.
-    pub fn shown(&mut self, scene: &Scene, notes: Vec<String>) {
+    /// What such a job found. What was changed meanwhile stays changed. Whether that has to be asked for.
+    pub fn shown(&mut self, scene: &Scene, notes: Vec<String>) -> bool {
+        self.is_coming = false;
         self.parts = parts_of(scene);
         self.shown_of = self.asked_of.clone();
         for note in notes {
@@ -271,12 +300,15 @@ impl Session {
                 self.notes.push(note);
             }
         }
-        self.follow();
+        self.follow()
     }
 
     /// What is on its way is not waited for: by one command the document is again what is shown of it, and what was changed otherwise
-    /// stays. Back from there it is asked for once more.
+    /// stays. Back from there it is asked for once more. A scan of which nothing was found yet begins with all of it.
     pub fn give_up(&mut self) {
+        if self.is_coming {
+            return self.refused();
+        }
         let shown = self.shown_of.clone();
         self.asked_of.clone_from(&shown);
         self.change(Word::TakenBack, |document| ShownAs::put_back(document, &shown));
@@ -287,11 +319,16 @@ impl Session {
     pub fn refused(&mut self) {
         let shown = self.shown_of.clone();
         let refused = std::mem::replace(&mut self.asked_of, shown.clone());
-        self.history.rewrite(|document| {
+        let put_back = |document: &mut SceneDocument| {
             if ShownAs::are_of(document, &refused) {
                 ShownAs::put_back(document, &shown);
             }
-        });
+        };
+        self.history.rewrite(put_back);
+        // It begins with all that was scanned, where that is what there is.
+        if std::mem::take(&mut self.is_coming) {
+            put_back(&mut self.saved);
+        }
         self.follow();
     }
 

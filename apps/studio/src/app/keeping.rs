@@ -55,6 +55,9 @@ impl App {
 
     pub(super) fn turn_to(&mut self, file: PathBuf, steps: u32) {
         let Some(session) = &self.state.session else { return };
+        if session.is_coming() {
+            return self.has_no_picture();
+        }
         (self.tiling, self.were_tiles_made) = (None, false);
         let (scene, document) = (session.scene().0.clone(), session.document().clone());
         let (start, room, wake) = (session.orbit(), self.darkroom.clone(), self.wake.clone());

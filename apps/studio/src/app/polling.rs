@@ -42,8 +42,10 @@ impl App {
                 }
             }
         }
+        let is_coming = self.state.session.as_ref().is_some_and(Session::is_coming);
+        let opening = if is_coming { Word::Showing } else { Word::Reading };
         let jobs = [
-            self.opening.as_ref().map(|job| (Word::Reading, job.busy())),
+            self.opening.as_ref().map(|job| (opening, job.busy())),
             self.exporting.as_ref().map(|(_, job)| (Word::Rendering, job.busy())),
             self.showing.as_ref().map(|job| (Word::Showing, job.busy())),
         ];
@@ -58,12 +60,16 @@ impl App {
         if job.is_over() {
             self.showing = None;
         }
+        let mut anew = false;
         for shown in told {
             match (shown, &mut self.state.session) {
-                (Ok((scene, notes)), Some(session)) => session.shown(&scene, notes),
+                (Ok((scene, notes)), Some(session)) => anew = session.shown(&scene, notes),
                 (Ok(_), None) => {}
                 (Err(words), _) => why = Some(words),
             }
+        }
+        if anew {
+            self.show_anew();
         }
         if let Some(why) = why {
             self.showing = None;
@@ -116,25 +122,12 @@ impl App {
                     let strip = self.arriving.as_mut().unwrap_or(&mut self.state.strip);
                     strip.thumbnails.insert(place, texture);
                 }
-                Told::Opened(opened) => {
-                    if let Some(live) = &mut self.live {
-                        live.forget();
-                    }
-                    self.showing = None;
-                    self.state.progress = Default::default();
-                    let mut session = Session::new(*opened);
-                    let was_left = std::mem::take(&mut self.is_restoring);
-                    if was_left {
-                        session.forget_saved();
-                    } else if let Some(rescue) = &mut self.rescue {
-                        rescue.clear();
-                    }
-                    self.state.begin(session);
-                    if let Some(strip) = self.arriving.take() {
-                        self.state.strip = strip;
-                    }
-                    if was_left {
-                        self.open_later();
+                Told::Opened(opened) => self.begin_session(Session::new(*opened)),
+                Told::Scan(opened) => self.begin_session(Session::of_scan(*opened)),
+                Told::Found(scene, notes) => {
+                    let session = self.state.session.as_mut();
+                    if session.is_some_and(|session| session.shown(&scene, notes)) {
+                        self.show_anew();
                     }
                 }
                 Told::Failed(why) => {
@@ -147,9 +140,36 @@ impl App {
         }
     }
 
+    /// A scan takes the place of what is shown.
+    fn begin_session(&mut self, mut session: Session) {
+        if let Some(live) = &mut self.live {
+            live.forget();
+        }
+        self.showing = None;
+        self.state.progress = Default::default();
+        let was_left = std::mem::take(&mut self.is_restoring);
+        if was_left {
+            session.forget_saved();
+        } else if let Some(rescue) = &mut self.rescue {
+            rescue.clear();
+        }
+        self.state.begin(session);
+        if let Some(strip) = self.arriving.take() {
+            self.state.strip = strip;
+        }
+        if was_left {
+            self.open_later();
+        }
+    }
+
     /// Nothing is opened any more. What another run left is asked for again where it did not come.
     pub(super) fn end_opening(&mut self) {
         (self.opening, self.arriving) = (None, None);
+        // Nobody looks any more for what is shown of a scan: all of it.
+        let session = self.state.session.as_mut().filter(|session| session.is_coming());
+        if let (Some(session), None) = (session, &self.showing) {
+            session.give_up();
+        }
         if std::mem::take(&mut self.is_restoring) {
             self.ask_to_restore();
         }

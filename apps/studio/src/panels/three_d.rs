@@ -1,7 +1,7 @@
 //! The path-traced view: its picture, what the mouse does to it, and what is drawn over it.
 
 use eframe::egui::{
-    Align2, Color32, CornerRadius, FontId, PointerButton, Pos2, Rect, Response, Ui, pos2, vec2,
+    Align2, Color32, CornerRadius, FontId, Painter, PointerButton, Pos2, Rect, Response, Ui, pos2, vec2,
 };
 use lumivox_core::glam::{DAffine3, DVec3};
 use lumivox_viewport::{Gesture, pick};
@@ -26,6 +26,11 @@ pub fn show(ui: &mut Ui, rect: Rect, state: &mut State, live: Option<&mut Live>)
         session.fit(f64::from(rect.width() / rect.height()));
     }
     let (Some(session), Some(live)) = (&state.session, live) else { return };
+    if session.is_coming() {
+        let painter = ui.painter_at(rect);
+        marks::title(&painter, rect, state.say(Word::ThreeD), palette(state.settings.is_dark).accent);
+        return prepares(&painter, rect, state);
+    }
     match live.draw(session, state.view_size) {
         Ok(progress) => state.progress = progress,
         Err(why) => {
@@ -54,8 +59,7 @@ fn over(ui: &Ui, rect: Rect, state: &State) {
     let (painter, p) = (ui.painter_at(rect), palette(state.settings.is_dark));
     marks::title(&painter, rect, state.say(Word::ThreeD), p.accent);
     if !state.progress.is_shown {
-        let words = state.say(Word::Preparing);
-        painter.text(rect.center(), Align2::CENTER_CENTER, words, FontId::proportional(15.0), ON_VIEW);
+        prepares(&painter, rect, state);
     } else if state.progress.part < 1.0 && !state.progress.rests {
         marks::progress(&painter, rect, state.progress.part, p.accent);
     }
@@ -63,6 +67,11 @@ fn over(ui: &Ui, rect: Rect, state: &State) {
     if let Some(at) = seen_at(session, state.cross, rect).filter(|at| rect.contains(*at)) {
         marks::mark(&painter, at, p.accent);
     }
+}
+
+fn prepares(painter: &Painter, rect: Rect, state: &State) {
+    let words = state.say(Word::Preparing);
+    painter.text(rect.center(), Align2::CENTER_CENTER, words, FontId::proportional(15.0), ON_VIEW);
 }
 
 /// Clicks find a point of the patient, or place one of a measurement; the pointer tells what is under it.

@@ -28,7 +28,8 @@ pub fn toolbar(ui: &mut Ui, state: &mut State) {
             is_open,
             Action::Ask(Ask::SaveScene(file.unwrap_or_default())),
         );
-        button(ui, state, Word::Export, "Ctrl+E", is_open, Action::ExportDialog);
+        let has_picture = state.session.as_ref().is_some_and(|session| !session.is_coming());
+        button(ui, state, Word::Export, "Ctrl+E", has_picture, Action::ExportDialog);
         ui.add_space(10.0);
         let [undo, redo] = state.session.as_ref().map_or([None, None], |session| session.history().next());
         for (word, step, keys, action) in

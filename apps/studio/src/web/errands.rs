@@ -1,5 +1,6 @@
 //! What is done beside the interface: in a Worker, which shares no memory with the page, or between frames.
 
+use std::cell::RefCell;
 use std::path::PathBuf;
 use std::sync::Arc;
 
@@ -58,16 +59,17 @@ fn begin<M: Send + 'static>(
     job
 }
 
-fn opened(words: OpenedWords, with: &mut Unpacker<'_>) -> Result<Told, String> {
+fn opened(words: OpenedWords, with: &mut Unpacker<'_>) -> Result<Box<Opened>, String> {
     let OpenedWords { scans, scene, is_framed, report, notes } = words;
     let scans = scans.into_iter().map(|scan| with.volume(scan)).collect::<Result<_, _>>()?;
     let (document, scene) = with.scene(scene)?;
     let camera = document.camera.camera(&scene, document.film.aspect());
     let camera = camera.ok_or("the camera is the point looked at")?;
-    Ok(Told::Opened(Box::new(Opened { document, scans, scene, camera, is_framed, report, notes })))
+    Ok(Box::new(Opened { document, scans, scene, camera, is_framed, report, notes }))
 }
 
 fn opening(errand: Errand, known: Option<SharedStudy>, wake: Wake) -> Job<Told> {
+    let before = RefCell::new(vec![]);
     let read = move |word: Word, with: &mut Unpacker<'_>| {
         Ok(match word {
             Word::Series(series, chosen, files) => {
@@ -75,7 +77,16 @@ fn opening(errand: Errand, known: Option<SharedStudy>, wake: Wake) -> Job<Told> 
                 Some(Told::Series { series, chosen, study })
             }
             Word::Thumbnail(place, picture) => Some(Told::Thumbnail(place, picture)),
-            Word::Opened(words) => Some(opened(words, with)?),
+            Word::Opened(words) => Some(Told::Opened(opened(words, with)?)),
+            Word::Scan(words) => {
+                let opened = opened(words, with)?;
+                before.replace(opened.scans.clone());
+                Some(Told::Scan(opened))
+            }
+            Word::Found(scene, notes) => {
+                with.know(&before.take())?;
+                Some(Told::Found(with.scene(scene)?.1, notes))
+            }
             _ => None,
         })
     };

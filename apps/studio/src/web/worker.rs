@@ -5,6 +5,7 @@ use std::sync::Arc;
 use std::time::Duration;
 
 use js_sys::{Array, Function, Uint8Array};
+use lumivox_core::Volume;
 use lumivox_core::document::SceneDocument;
 use lumivox_core::host::Moment;
 use lumivox_import::{ImportReport, SeriesSummary, set_files};
@@ -13,7 +14,7 @@ use wasm_bindgen::prelude::*;
 
 use super::dropped::{self, Dropped};
 use crate::jobs::{Desk, elsewhere};
-use crate::opening::{self, SharedStudy, Shown, Source, Told};
+use crate::opening::{self, Opened, SharedStudy, Shown, Source, Told};
 use crate::parcel::{Bytes, Errand, OpenedWords, Packer, Unpacker, Word};
 
 /// Bytes as JavaScript has them.
@@ -113,31 +114,44 @@ fn grow(size: usize, desk: &Desk<Told>) -> Result<(), String> {
     opening::present(grown.map_err(|error| error.to_string())?, report, desk)
 }
 
-fn tell(post: &Post, told: Told) {
+/// A scan that the page has, while it is looked for what is shown of it.
+type Before = RefCell<(SceneDocument, Vec<Arc<Volume>>)>;
+
+/// What a job told, to the page.
+fn tell(post: &Post, before: &Before, told: Told) {
     let mut packer = Packer::default();
     let word = match told {
         Told::Series { series, chosen, study } => Word::Series(series, chosen, study.files().to_vec()),
         Told::Thumbnail(place, picture) => Word::Thumbnail(place, picture),
         Told::Failed(why) => Word::Failed(why),
-        Told::Opened(opened) => match packer.scene(&opened.document, &opened.scene) {
-            Ok(scene) => Word::Opened(OpenedWords {
-                scans: opened.scans.iter().map(|scan| packer.volume(scan)).collect(),
-                scene,
-                is_framed: opened.is_framed,
-                report: opened.report,
-                notes: opened.notes,
-            }),
-            Err(why) => Word::Failed(why),
-        },
+        Told::Opened(opened) => pack(*opened, &mut packer).map_or_else(Word::Failed, Word::Opened),
+        Told::Scan(opened) => {
+            before.replace((opened.document.clone(), opened.scans.clone()));
+            pack(*opened, &mut packer).map_or_else(Word::Failed, Word::Scan)
+        }
+        Told::Found(scene, notes) => {
+            let (document, scans) = before.take();
+            packer = Packer::knowing(scans);
+            let packed = packer.scene(&document, &scene);
+            packed.map_or_else(Word::Failed, |scene| Word::Found(scene, notes))
+        }
     };
     post.say(&packer, word);
+}
+
+fn pack(opened: Opened, packer: &mut Packer) -> Result<OpenedWords, String> {
+    let Opened { document, scans, scene, camera: _, is_framed, report, notes } = opened;
+    // The page knows them by these numbers in what comes later.
+    let scans = scans.iter().map(|scan| packer.volume(scan)).collect();
+    Ok(OpenedWords { scans, scene: packer.scene(&document, &scene)?, is_framed, report, notes })
 }
 
 fn answer(letter: &str, bytes: &Array, post: &Post) -> Result<(), String> {
     let arrived = Arrived(bytes.clone());
     let (errand, mut with) = Unpacker::open::<Errand>(letter, &arrived)?;
     let own = post.clone();
-    let told = move |told: Told| tell(&own, told);
+    let before = Before::default();
+    let told = move |told: Told| tell(&own, &before, told);
     match errand {
         Errand::Open(files) => at_desk(post, told, |desk| opening::open(Source::Files(files), desk)),
         Errand::Series(files, place) => {

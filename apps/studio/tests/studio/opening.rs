@@ -1,9 +1,13 @@
 //! Scans arrive: dropped, chosen, damaged; and what is told of them.
 
 use lumivox_core::Preset;
+use lumivox_core::document::Keep;
 use lumivox_studio::darkroom::looks_for;
-use lumivox_studio::jobs::{Desk, Job, start};
-use lumivox_studio::opening::Told;
+use lumivox_studio::jobs::{Desk, Job, elsewhere, start};
+use lumivox_studio::opening::{self, Source, Told};
+
+use lumivox_studio::state::Action;
+use lumivox_studio::words::Word;
 
 use super::*;
 
@@ -105,11 +109,22 @@ fn errors_name_the_file_and_leave_what_was_open(studio: &mut Studio, _: &Answers
 
 fn reading_is_cancelled_by_its_button(studio: &mut Studio, _: &Answers) {
     let folder = tempfile::tempdir().unwrap();
-    let scan = head(folder.path(), 64);
-    drop_files(studio, &[&scan]);
-    studio.step();
+    let scan = head(folder.path(), 24);
+    // However quick the machine, nothing is read before the button was seen and clicked.
+    let (begins, gate) = channel::<()>();
+    let (ended, ends) = channel();
+    let wake = studio.state().wake().clone();
+    let reads = start("reads", wake, move |desk: &Desk<Told>| {
+        let _ = gate.recv();
+        opening::open(Source::Files(vec![scan]), desk);
+        let _ = ended.send(());
+    });
+    studio.state_mut().begin(reads);
+    studio.run_steps(2);
     assert!(says(studio, "Reading"), "{:?}", texts(studio));
     click(studio, "Cancel");
+    begins.send(()).unwrap();
+    ends.recv_timeout(LONGEST).unwrap();
     studio.run_steps(3);
     let state = &studio.state().state;
     assert!(state.session.is_none() && state.failed.is_none() && state.busy.is_none());
@@ -137,4 +152,130 @@ fn a_job_that_breaks_is_no_job_that_is_done() {
         panic!("in a test");
     });
     assert_eq!(over(broken), (vec![7], true));
+}
+
+/// All that is told of a scan while it is opened.
+fn told_of(scan: &Path) -> Vec<Told> {
+    let (mut job, desk) = elsewhere(Arc::new(|| {}), || {});
+    opening::open(Source::Files(vec![scan.to_owned()]), &desk);
+    job.poll()
+}
+
+/// A scan of which it is looked for what is shown until somebody says what came of that.
+fn begin_scan(studio: &mut Studio, scan: &Path) -> (Sender<Told>, Told) {
+    let mut told = told_of(scan).into_iter();
+    let (send, words) = channel::<Told>();
+    let wake = studio.state().wake().clone();
+    let opens = start("opens", wake, move |desk: &Desk<Told>| words.into_iter().for_each(|it| desk.tell(it)));
+    studio.state_mut().begin(opens);
+    told.by_ref().take(2).for_each(|told| send.send(told).unwrap());
+    let found = told.next().unwrap();
+    assert!(matches!(found, Told::Found(..)));
+    wait(studio, "it is read", |app| app.state.session.as_ref().is_some_and(Session::is_coming));
+    studio.run_steps(2);
+    (send, found)
+}
+
+/// Whether all that was scanned is shown.
+fn is_whole(studio: &Studio) -> bool {
+    Arc::ptr_eq(&session(studio).scene().0.volumes[0].volume, session(studio).scan())
+}
+
+fn keep(studio: &Studio) -> Keep {
+    session(studio).document().volumes[0].scan.keep
+}
+
+#[test]
+fn slices_are_seen_before_it_is_found_what_is_shown() {
+    let _alone = alone();
+    let folder = tempfile::tempdir().unwrap();
+    let scan = head(folder.path(), 32);
+    let (mut studio, _) = studio();
+    let studio = &mut studio;
+    let (send, found) = begin_scan(studio, &scan);
+    let seen = screenshot(studio, "08-slices-first");
+    for name in ["Axial", "Coronal", "Sagittal"] {
+        let rect = view(studio, name);
+        let middle = egui::Rect::from_center_size(rect.center(), rect.size() * 0.3);
+        assert!(seen.mean(middle) > 25.0, "{name}: {}", seen.mean(middle));
+    }
+    assert!(says(studio, "Preparing the look"), "{:?}", texts(studio));
+    assert!(!studio.state().state.progress.is_shown && !studio.state().is_quiet());
+    // There is no picture to export yet, and what is changed waits.
+    let looks = [Action::ExportDialog, Action::Look(Preset::CtBone)];
+    looks.into_iter().for_each(|action| studio.state_mut().state.act(action));
+    studio.run_steps(2);
+    assert!(studio.state().state.dialog.is_none());
+    send.send(found).unwrap();
+    drop(send);
+    settle(studio);
+    assert!(!is_whole(studio) && studio.state().state.progress.is_shown);
+    assert_eq!(keep(studio), Keep::Patient);
+    assert_eq!(session(studio).document().volumes[0].look.preset, Some(Preset::CtBone));
+    // It is framed as if the look had been chosen later.
+    let framed = session(studio).document().camera;
+    undo(studio);
+    settle(studio);
+    assert_eq!(session(studio).document().camera, framed);
+    assert!(!session(studio).is_changed());
+}
+
+#[test]
+fn of_what_is_not_found_all_is_shown() {
+    let _alone = alone();
+    let folder = tempfile::tempdir().unwrap();
+    let scan = head(folder.path(), 24);
+    let (mut studio, _) = studio();
+    let studio = &mut studio;
+    let all_of_it = |studio: &mut Studio| {
+        settle(studio);
+        assert!(is_whole(studio) && keep(studio) == Keep::Everything);
+        assert!(!session(studio).is_changed() && session(studio).history().next() == [None; 2]);
+    };
+    // Nobody waits for it.
+    let (send, found) = begin_scan(studio, &scan);
+    click(studio, "Cancel");
+    let _ = send.send(found);
+    all_of_it(studio);
+    // It fails.
+    let (send, _) = begin_scan(studio, &scan);
+    send.send(Told::Failed("in a test".into())).unwrap();
+    drop(send);
+    wait(studio, "it fails", |app| app.state.failed.is_some());
+    click(studio, "Close");
+    all_of_it(studio);
+    // It is asked for again by the switch that is off.
+    let mut document = Box::new(session(studio).document().clone());
+    document.volumes[0].scan.keep = Keep::Patient;
+    studio.state_mut().state.act(Action::Change(Word::Everything, document));
+    settle(studio);
+    assert!(!is_whole(studio));
+}
+
+#[test]
+fn what_is_wanted_while_it_is_found_what_is_shown_comes_after_it() {
+    let _alone = alone();
+    let folder = tempfile::tempdir().unwrap();
+    let scan = head(folder.path(), 24);
+    let (mut studio, _) = studio();
+    let studio = &mut studio;
+    let (send, found) = begin_scan(studio, &scan);
+    let mut document = Box::new(session(studio).document().clone());
+    document.volumes[0].scan.keep = Keep::Everything;
+    studio.state_mut().state.act(Action::Change(Word::Everything, document));
+    studio.run_steps(2);
+    send.send(found).unwrap();
+    drop(send);
+    settle(studio);
+    // Voxels of the whole scan, by a job of its own.
+    let shown = session(studio).scene().0.volumes[0].volume.clone();
+    assert!(keep(studio) == Keep::Everything && shown.voxels() == session(studio).scan().voxels());
+
+    // What is opened next and fails leaves the scan, of which it is found what is shown.
+    let _left = begin_scan(studio, &scan);
+    drop_files(studio, &[&folder.path().join("none")]);
+    wait(studio, "it fails", |app| app.state.failed.is_some());
+    click(studio, "Close");
+    settle(studio);
+    assert!(!is_whole(studio) && keep(studio) == Keep::Patient);
 }

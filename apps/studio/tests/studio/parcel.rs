@@ -99,3 +99,24 @@ fn what_is_no_letter_is_said_and_breaks_nothing() {
     assert!(matches!(errand, Errand::Open(files) if files == [PathBuf::from("a")]));
     assert!(with.volume(0).unwrap_err().contains("is not there"));
 }
+
+#[test]
+fn what_was_sent_before_is_not_sent_again() {
+    let (document, scene) = peeled_head();
+    let shown = scene.volumes[0].volume.clone();
+    let mut packer = Packer::knowing(vec![shown.clone()]);
+    let words = packer.scene(&document, &scene).unwrap();
+    let letter = packer.letter(words);
+    let bytes = Arrived(packer.bytes().map(<[u8]>::to_vec).collect());
+    // Labels, depths and the map.
+    assert_eq!(bytes.0.len(), 3);
+    let (words, mut with) = Unpacker::open::<SceneWords>(&letter, &bytes).unwrap();
+    assert!(with.know(&[]).unwrap_err().contains("is not there"));
+    with.know(std::slice::from_ref(&shown)).unwrap();
+    let (_, arrived) = with.scene(words).unwrap();
+    let [arrived, sent] = [&arrived.volumes[0], &scene.volumes[0]];
+    assert!(Arc::ptr_eq(&arrived.volume, &shown));
+    assert!(arrived.labels.as_ref().unwrap().labels == sent.labels.as_ref().unwrap().labels);
+    let [depth, other] = [arrived, sent].map(|it| it.peel.as_ref().unwrap().depth.voxels().clone());
+    assert!(depth == other);
+}
