@@ -3,7 +3,7 @@ extends Node
 ## light. Tells where each frame shows them, in lines `TELL name JSON`.
 
 const Shower := preload("res://tests/show_cases.gd")
-const FRAMES := 48
+const FRAMES := 36
 ## Metres to either side.
 const REACH := 0.012
 

@@ -8,7 +8,7 @@ use serde_json::json;
 
 use crate::case::{Case, Lamp, LampKind, Light, Mesh, Place, Volume, look_at};
 use crate::engine::{Run, once};
-use crate::shown::{run_scene, told};
+use crate::shown::{run_scene_with, told};
 
 /// A parallel view: a millimetre is as many pixels near as far.
 fn base(name: &'static str) -> Case {
@@ -18,7 +18,7 @@ fn base(name: &'static str) -> Case {
         height: 0.07,
         light: Light::Color([0.8; 3]),
         samples: 4,
-        budget: 20.0,
+        budget: 1000.0,
         kept_light: true,
         ..Case::new(name)
     }
@@ -47,7 +47,10 @@ fn lamp() -> Case {
 fn frames(name: &str) -> Vec<(u64, Vec<f64>)> {
     static SHOWN: OnceLock<Option<Run>> = OnceLock::new();
     let run = once(&SHOWN, || {
-        run_scene("interpolation", "interpolation", &json!({"together": together(), "lamp": lamp()})).1
+        // However slow the machine: a tick has as many frames, and each shows all that it should.
+        let options = ["--resolution", "160x90", "--fixed-fps", "24"];
+        let cases = json!({"together": together(), "lamp": lamp()});
+        run_scene_with(&options, "interpolation", "interpolation", &cases).1
     });
     let frames: Vec<Vec<f64>> = serde_json::from_value(told(run, name)).unwrap();
     frames.into_iter().map(|frame| (frame[0] as u64, frame[1..].to_vec())).collect()

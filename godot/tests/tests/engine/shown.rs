@@ -54,7 +54,8 @@ pub fn run_scene_in_window(name: &str, scene: &str, what: &impl Serialize) -> (P
     run_scene_with(&[], name, scene, what)
 }
 
-fn run_scene_with(options: &[&str], name: &str, scene: &str, what: &impl Serialize) -> (PathBuf, Run) {
+/// The same with options of the engine.
+pub fn run_scene_with(options: &[&str], name: &str, scene: &str, what: &impl Serialize) -> (PathBuf, Run) {
     let engine = engine();
     let (folder, file) = engine.write_cases(name, what);
     let scene = format!("res://tests/{scene}.tscn");
