@@ -92,7 +92,7 @@ RUN
 
 # Builds the extension and the program that decodes for it, and puts both where the project $1 looks for it.
 build_addon() {
-    cargo build ${CI:+--locked} --release --quiet --package lumivox-godot --package lumivox-import </dev/null
+    "${CARGO:-cargo}" build ${CI:+--locked} --release --quiet --package lumivox-godot --package lumivox-import </dev/null
     local built=${CARGO_TARGET_DIR:-target}/release bin=$1/addons/lumivox/bin
     case "$(uname -s)" in
         Darwin) bin=$bin/macos && mkdir -p "$bin" && cp "$built/liblumivox_godot.dylib" "$built/lumivox-codecs" "$bin/" ;;

@@ -90,7 +90,7 @@ fn script(name: &str) -> Command {
     let mut command = Command::new("bash");
     command.arg(root().join("script").join(name)).current_dir(root());
     // Whoever builds has what they build with in PATH.
-    command.env("CARGO", env!("CARGO"));
+    command.env("CARGO", std::env::var_os("CARGO").unwrap_or_else(|| env!("CARGO").into()));
     command
 }
 

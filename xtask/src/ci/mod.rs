@@ -50,9 +50,9 @@ pub fn run(scope: Scope) -> Result<(), String> {
     step("Unity's border", unity_border::check)?;
     step("Unity's kernels", unity_kernels::check)?;
     step("Unity's identifiers", unity_metas::check)?;
-    // In CI, by script/rustc-and-lints; elsewhere apart, and what is compiled serves for all else.
+    // In CI, by script/ci/rustc-and-lints; elsewhere apart, and what is compiled serves for all else.
     let wrapper = std::env::var_os("RUSTC_WORKSPACE_WRAPPER").map(PathBuf::from);
-    let is_looked_through = wrapper.is_some_and(|path| path.ends_with("script/rustc-and-lints"));
+    let is_looked_through = wrapper.is_some_and(|path| path.ends_with("script/ci/rustc-and-lints"));
     if !is_looked_through {
         step("clippy", || {
             cargo(&["clippy", "--workspace", "--all-targets", "--release", "--quiet", "--", "-D", "warnings"])
