@@ -180,10 +180,12 @@ pub fn present(volume: Volume, report: ImportReport, desk: &Desk<Told>) -> Resul
     find_looks(&mut document, &scans);
     // Looking for the patient takes longer than to read one. Slices do not wait for it.
     let whole = scans.iter().map(|scan| Part { volume: scan.clone(), labels: None, peel: None });
-    let scene = lumivox_scene::assemble(&document, whole.collect(), None).map_err(|error| error.to_string())?;
+    let scene =
+        lumivox_scene::assemble(&document, whole.collect(), None).map_err(|error| error.to_string())?;
     let camera = camera(&document, &scene)?;
     let (notes, is_framed) = (vec![], true);
-    let read = Opened { document: document.clone(), scans: scans.clone(), scene, camera, is_framed, report, notes };
+    let read =
+        Opened { document: document.clone(), scans: scans.clone(), scene, camera, is_framed, report, notes };
     desk.tell(Told::Scan(Box::new(read)));
     let (scene, notes) = show(&document, scans, desk)?;
     desk.tell(Told::Found(scene, notes));
