@@ -238,8 +238,10 @@ fn a_system_that_names_no_mirror_is_told_how_to() {
 fn no_script_names_a_host_to_fetch_packages_from() {
     // An engine's and a toolchain's own pages, for people.
     let known = ["godotengine.org", "sh.rustup.rs"];
-    for entry in fs::read_dir(Path::new(env!("CARGO_MANIFEST_DIR")).join("../../script")).unwrap() {
-        let path = entry.unwrap().path();
+    let root = Path::new(env!("CARGO_MANIFEST_DIR")).join("../..");
+    let files =
+        ["script", "script/ci"].into_iter().flat_map(|folder| fs::read_dir(root.join(folder)).unwrap());
+    for path in files.map(|entry| entry.unwrap().path()).filter(|path| path.is_file()) {
         let text = fs::read_to_string(&path).unwrap();
         for (at, _) in text.match_indices("://") {
             let host =
