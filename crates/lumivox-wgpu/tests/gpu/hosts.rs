@@ -232,7 +232,7 @@ fn steps_keep_their_order_in_an_encoder_of_the_hosts() {
         let got = read_texels(&gpu, texture);
         let inside = |(x, y, z): (usize, usize, usize)| {
             let [x, y, z] = [x.wrapping_sub(1), y.wrapping_sub(2), z.wrapping_sub(1)];
-            (x < 13 && y < 5 && z < 3).then_some((z * 65 + y * 13 + x) as u8 ^ first)
+            (x < 13 && y < 5 && z < 3).then(|| (z * 65 + y * 13 + x) as u8 ^ first)
         };
         for (i, got) in got.into_iter().enumerate() {
             let at = (i % 16, i / 16 % 8, i / 128);
