@@ -14,15 +14,16 @@ use self::summary::{Counts, Summary};
 use crate::{layers, unity_border, unity_kernels, unity_metas};
 
 /// Jobs that take long, the longest first: begun last, one of them would go on when nothing else does.
-const LONGEST_FIRST: [&str; 16] = [
+const LONGEST_FIRST: [&str; 17] = [
     "engine",
-    "Python",
     "package",
-    "packages",
-    "studio",
     "gpu",
-    "documentation",
     "other systems",
+    "Python",
+    "studio",
+    "documentation",
+    "documentation tests",
+    "packages",
     "lumivox_phantom",
     "reflection",
     "guide",
