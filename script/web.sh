@@ -138,7 +138,7 @@ fetch_chromium() (
     cat >chromium <<'RUN' || exit 1
 #!/bin/sh
 root=$(cd "$(dirname "$0")" && pwd)/root
-LD_LIBRARY_PATH=$root/usr/lib/x86_64-linux-gnu:$root/lib/x86_64-linux-gnu:$root/usr/lib/chromium \
+LD_LIBRARY_PATH=$root/usr/lib/x86_64-linux-gnu:$root/usr/lib/x86_64-linux-gnu/pulseaudio:$root/lib/x86_64-linux-gnu:$root/usr/lib/chromium \
     exec "$root/usr/lib/chromium/chromium" "$@"
 RUN
     chmod +x chromium
