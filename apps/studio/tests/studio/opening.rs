@@ -5,7 +5,6 @@ use lumivox_core::document::Keep;
 use lumivox_studio::darkroom::looks_for;
 use lumivox_studio::jobs::{Desk, Job, elsewhere, start};
 use lumivox_studio::opening::{self, Source, Told};
-
 use lumivox_studio::state::Action;
 use lumivox_studio::words::Word;
 

@@ -38,7 +38,7 @@ fn case() -> Case {
         // In software the editor's own panels take a multiple of what a frame gets otherwise.
         budget: 300.0,
         // The editor's own viewport has forty times the pixels of the pictures that are compared, and waits for all of them.
-        samples: 4,
+        samples: 8,
         // As scenes are by default.
         kept_light: true,
         ..Case::new("edited")
