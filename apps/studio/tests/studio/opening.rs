@@ -153,6 +153,13 @@ fn a_job_that_breaks_is_no_job_that_is_done() {
     assert_eq!(over(broken), (vec![7], true));
 }
 
+/// The program, and a head of so many voxels that it has not opened; the folder goes with the test.
+fn beside_a_head(size: usize) -> (Studio, PathBuf, TempDir) {
+    let folder = tempfile::tempdir().unwrap();
+    let scan = head(folder.path(), size);
+    (studio().0, scan, folder)
+}
+
 /// All that is told of a scan while it is opened.
 fn told_of(scan: &Path) -> Vec<Told> {
     let (mut job, desk) = elsewhere(Arc::new(|| {}), || {});
@@ -187,9 +194,7 @@ fn keep(studio: &Studio) -> Keep {
 #[test]
 fn slices_are_seen_before_it_is_found_what_is_shown() {
     let _alone = alone();
-    let folder = tempfile::tempdir().unwrap();
-    let scan = head(folder.path(), 32);
-    let (mut studio, _) = studio();
+    let (mut studio, scan, _folder) = beside_a_head(32);
     let studio = &mut studio;
     let (send, found) = begin_scan(studio, &scan);
     let seen = screenshot(studio, "08-slices-first");
@@ -222,9 +227,7 @@ fn slices_are_seen_before_it_is_found_what_is_shown() {
 #[test]
 fn of_what_is_not_found_all_is_shown() {
     let _alone = alone();
-    let folder = tempfile::tempdir().unwrap();
-    let scan = head(folder.path(), 24);
-    let (mut studio, _) = studio();
+    let (mut studio, scan, _folder) = beside_a_head(24);
     let studio = &mut studio;
     let all_of_it = |studio: &mut Studio| {
         settle(studio);
@@ -254,9 +257,7 @@ fn of_what_is_not_found_all_is_shown() {
 #[test]
 fn what_is_wanted_while_it_is_found_what_is_shown_comes_after_it() {
     let _alone = alone();
-    let folder = tempfile::tempdir().unwrap();
-    let scan = head(folder.path(), 24);
-    let (mut studio, _) = studio();
+    let (mut studio, scan, _folder) = beside_a_head(24);
     let studio = &mut studio;
     let (send, found) = begin_scan(studio, &scan);
     let mut document = Box::new(session(studio).document().clone());
@@ -272,7 +273,7 @@ fn what_is_wanted_while_it_is_found_what_is_shown_comes_after_it() {
 
     // What is opened next and fails leaves the scan, of which it is found what is shown.
     let _left = begin_scan(studio, &scan);
-    drop_files(studio, &[&folder.path().join("none")]);
+    drop_files(studio, &[&scan.with_file_name("none")]);
     wait(studio, "it fails", |app| app.state.failed.is_some());
     click(studio, "Close");
     settle(studio);
