@@ -299,7 +299,7 @@ namespace Lumivox.Tests
         }
 
         /// Whatever the open scene has: fog, volumes, lights, light around it.
-        [TestCase("Built-in")]
+        [TestCase("Built-in", Category = "Slow")]
         [TestCase("graph")]
         [TestCase("HDRP")]
         public void AllPipelinesShowTheSameAndTheSceneThatIsOpenStaysAsItIs(string kind)

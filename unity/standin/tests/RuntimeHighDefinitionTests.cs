@@ -153,9 +153,9 @@ namespace Lumivox.Tests
             return cube;
         }
 
-        [TestCase(0f)]
+        [TestCase(0f, Category = "Slow")]
         [TestCase(90f)]
-        [TestCase(200f)]
+        [TestCase(200f, Category = "Slow")]
         public void AnHDRISkyLightsFromWhereItIs(float rotation)
         {
             // Skies are compressed, and Unity reads back no such texture.

@@ -38,16 +38,17 @@ namespace Lumivox.EditMode.Tests
         [UnityTest]
         public IEnumerator ImportAsAnAsset() => Passes("Import as an asset");
 
-        [UnityTest]
+        // Slow: the self-check from the command line has the same pictures.
+        [UnityTest, Category("Slow")]
         public IEnumerator CubeAtDistances() => Passes("Picture: cube-at-distances");
 
-        [UnityTest]
+        [UnityTest, Category("Slow")]
         public IEnumerator Occlusion() => Passes("Picture: occlusion");
 
-        [UnityTest]
+        [UnityTest, Category("Slow")]
         public IEnumerator SeveralVolumes() => Passes("Picture: several-volumes");
 
-        [UnityTest]
+        [UnityTest, Category("Slow")]
         public IEnumerator Lights() => Passes("Picture: lights");
 
         [Test]
