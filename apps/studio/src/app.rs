@@ -17,7 +17,7 @@ use crate::errands;
 use crate::jobs::{Job, Wake};
 use crate::live::Live;
 use crate::opening::{Shown, Source, Told};
-use crate::panels::{dialogs, side, strip, structures, tools, top, views, welcome};
+use crate::panels::{dialogs, light, side, strip, structures, tools, top, views, welcome};
 use crate::rescue::Rescue;
 use crate::session::Session;
 use crate::settings::{Drawer, Settings};
@@ -200,6 +200,7 @@ impl App {
             return structures::open(&mut self.state, files);
         }
         match (ask, files.into_iter().next()) {
+            (Ask::Light, Some(file)) => light::open(&mut self.state, file),
             (Ask::SaveScene(_), Some(file)) => {
                 let file = with_extension(file, &["lumivox", "json"]);
                 if let Some(session) = &mut self.state.session {

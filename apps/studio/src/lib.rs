@@ -14,6 +14,7 @@ pub mod errands;
 pub mod files;
 pub mod history;
 pub mod jobs;
+pub mod leaders;
 mod live;
 pub mod measuring;
 #[cfg(not(target_family = "wasm"))]

@@ -4,7 +4,7 @@ use std::fs;
 use std::path::PathBuf;
 use std::process::ExitCode;
 
-use eframe::egui::ViewportBuilder;
+use eframe::egui::{IconData, Vec2, ViewportBuilder, vec2};
 use lumivox_import::CodecWorker;
 use rfd::{AsyncFileDialog, FileHandle};
 
@@ -57,6 +57,7 @@ pub fn main() -> ExitCode {
             .with_min_inner_size([980.0, 620.0])
             .with_title("Lumivox Studio")
             .with_app_id("lumivox-studio")
+            .with_icon(icon())
             .with_drag_and_drop(true),
         wgpu_options: crate::gpu_options(),
         ..Default::default()
@@ -67,12 +68,58 @@ pub fn main() -> ExitCode {
     match eframe::run_native("Lumivox Studio", options, create) {
         Ok(()) => ExitCode::SUCCESS,
         Err(error) => {
-            eprintln!(
+            let why = format!(
                 "{error}\nA Vulkan, Direct3D 12 or Metal driver is needed; 'lumivox doctor' says what to install."
             );
+            eprintln!("{why}");
+            // There it has no console.
+            #[cfg(windows)]
+            rfd::MessageDialog::new()
+                .set_level(rfd::MessageLevel::Error)
+                .set_title("Lumivox Studio")
+                .set_description(&why)
+                .show();
             ExitCode::FAILURE
         }
     }
+}
+
+/// The window's icon, as `web/icon.svg` draws it: a cube's edges on a plate.
+fn icon() -> IconData {
+    const SIZE: u32 = 128;
+    /// In the units of the drawing, which is 64 of them wide.
+    const WIDTH: f32 = 1.6;
+    let outline = [[32.0, 10.0], [51.0, 21.0], [51.0, 43.0], [32.0, 54.0], [13.0, 43.0], [13.0, 21.0]];
+    let inner = [[[13.0, 21.0], [32.0, 32.0]], [[32.0, 32.0], [51.0, 21.0]], [[32.0, 32.0], [32.0, 54.0]]];
+    let edges: Vec<_> = (0..6).map(|i| [outline[i], outline[(i + 1) % 6]]).collect();
+    let far = |at: Vec2, [from, to]: [[f32; 2]; 2]| {
+        let (from, to) = (Vec2::from(from), Vec2::from(to));
+        let along = ((at - from).dot(to - from) / (to - from).length_sq()).clamp(0.0, 1.0);
+        (at - from - along * (to - from)).length()
+    };
+    let nearest = |at: Vec2, lines: &[[[f32; 2]; 2]]| {
+        lines.iter().map(|line| far(at, *line)).fold(f32::INFINITY, f32::min)
+    };
+    let scale = 64.0 / SIZE as f32;
+    // How much of a pixel lies within, by how far its middle is from the edge.
+    let cover = |distance: f32| (0.5 - distance / scale).clamp(0.0, 1.0);
+    let pixel = |i: u32| {
+        let at = vec2((i % SIZE) as f32 + 0.5, (i / SIZE) as f32 + 0.5) * scale;
+        let beyond = (at - Vec2::splat(32.0)).abs() - Vec2::splat(20.0);
+        let plate = beyond.max(Vec2::ZERO).length() + beyond.max_elem().min(0.0) - 12.0;
+        let layers =
+            [(nearest(at, &edges), [223.0, 228.0, 234.0]), (nearest(at, &inner), [90.0, 176.0, 240.0])];
+        let mut color = [20.0, 23.0, 28.0_f32];
+        for (distance, own) in layers {
+            let share = cover(distance - WIDTH);
+            for (channel, own) in color.iter_mut().zip(own) {
+                *channel += share * (own - *channel);
+            }
+        }
+        let [r, g, b] = color.map(|channel| channel.round() as u8);
+        [r, g, b, (255.0 * cover(plate)).round() as u8]
+    };
+    IconData { rgba: (0..SIZE * SIZE).flat_map(pixel).collect(), width: SIZE, height: SIZE }
 }
 
 /// The desktop's own file dialogs.
@@ -95,6 +142,11 @@ impl Chooser for Desktop {
             Ask::SaveScene(name) => {
                 let dialog = titled(Word::SaveScene).add_filter("Lumivox", &["lumivox", "json"]);
                 let choice = dialog.set_file_name(name).save_file();
+                Box::pin(async move { one(choice.await) })
+            }
+            Ask::Light => {
+                let dialog = titled(Word::EnvironmentFile).add_filter("HDR, EXR", &["hdr", "exr"]);
+                let choice = dialog.pick_file();
                 Box::pin(async move { one(choice.await) })
             }
             Ask::Labels => {

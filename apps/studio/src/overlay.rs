@@ -62,12 +62,28 @@ impl Overlay {
         Self { voxel_from_patient: labels.patient_from_voxel().inverse(), colors, labels }
     }
 
-    /// A pixel with the structure that lies at a point of the patient.
-    pub fn over(&self, pixel: Color32, point: DVec3) -> Color32 {
+    /// The label that lies at a point of the patient.
+    pub fn value_at(&self, point: DVec3) -> Option<u8> {
         let at = self.voxel_from_patient.transform_point3(point).round();
         let dims = self.labels.dims();
         let is_inside = (0..3).all(|axis| at[axis] >= 0.0 && at[axis] < dims[axis] as f64);
-        let value = if is_inside { self.labels.value(at.to_array().map(|x| x as usize)) } else { UNLABELLED };
+        is_inside.then(|| self.labels.value(at.to_array().map(|x| x as usize)))
+    }
+
+    /// Whether a label is seen.
+    pub fn shows(&self, value: u8) -> bool {
+        self.colors[usize::from(value)].is_some()
+    }
+
+    /// What a label that is seen is called, and its colour.
+    pub fn named(&self, value: u8) -> Option<(String, Color32)> {
+        let color = self.colors[usize::from(value)]?;
+        Some((self.labels.label(value)?.name.clone(), color))
+    }
+
+    /// A pixel with the structure that lies at a point of the patient.
+    pub fn over(&self, pixel: Color32, point: DVec3) -> Color32 {
+        let value = self.value_at(point).unwrap_or(UNLABELLED);
         let Some(color) = self.colors[usize::from(value)] else { return pixel };
         let mixed = |own: u8, over: u8| (f32::from(own) * (1.0 - SHARE) + f32::from(over) * SHARE) as u8;
         Color32::from_rgb(

@@ -1,11 +1,11 @@
 //! A scan that is open: the scene document with its one stack of commands, and the scene that is made of it.
 
 use std::f64::consts::FRAC_PI_2;
-use std::path::Path;
+use std::path::{Path, PathBuf};
 use std::sync::Arc;
 use std::sync::atomic::{AtomicU64, Ordering};
 
-use lumivox_core::document::{Entry, Keep, SceneDocument, TakenOff, View};
+use lumivox_core::document::{Entry, Keep, SceneDocument, Surroundings, TakenOff, View};
 use lumivox_core::glam::{DMat3, DVec3};
 use lumivox_core::{
     EnvironmentMap, EnvironmentSource, Orbit, PerspectiveCamera, Preset, Scene, Volume, framing,
@@ -44,16 +44,30 @@ impl ShownAs {
             peel: entry.peel,
         }
     }
+}
 
-    /// Whether the scans of a document are shown like those.
-    fn are_of(document: &SceneDocument, entries: &[Entry]) -> bool {
-        document.volumes.iter().map(Self::of).eq(entries.iter().map(Self::of))
+/// What of a document takes a job to show: voxels of its scans, and a map of light that is in a file.
+#[derive(Clone)]
+struct Asked {
+    entries: Vec<Entry>,
+    light: Surroundings,
+}
+
+impl Asked {
+    fn of(document: &SceneDocument) -> Self {
+        Self { entries: document.volumes.clone(), light: document.environment.clone() }
     }
 
-    /// Makes a document's scans such that they are shown like those; what has nothing to do with that stays.
-    fn put_back(document: &mut SceneDocument, entries: &[Entry]) {
-        for (entry, shown) in document.volumes.iter_mut().zip(entries) {
-            let [own, old] = [&*entry, shown].map(Self::of);
+    /// Whether a document is shown by that.
+    fn is_of(&self, document: &SceneDocument) -> bool {
+        self.light.file() == document.environment.file()
+            && document.volumes.iter().map(ShownAs::of).eq(self.entries.iter().map(ShownAs::of))
+    }
+
+    /// Makes a document such that it is shown by that; what has nothing to do with that stays.
+    fn put_back(&self, document: &mut SceneDocument) {
+        for (entry, shown) in document.volumes.iter_mut().zip(&self.entries) {
+            let [own, old] = [&*entry, shown].map(ShownAs::of);
             (entry.scan.keep, entry.scan.taken_off, entry.peel) = (old.keep, old.taken_off, old.peel);
             if own.by_look != old.by_look {
                 entry.look = shown.look.clone();
@@ -61,6 +75,9 @@ impl ShownAs {
             if (own.finds_labels, own.label_files) != (old.finds_labels, old.label_files) {
                 entry.labels = shown.labels.clone();
             }
+        }
+        if self.light.file() != document.environment.file() {
+            document.environment.source.clone_from(&self.light.source);
         }
     }
 }
@@ -70,10 +87,11 @@ pub struct Session {
     history: History,
     scans: Vec<Arc<Volume>>,
     parts: Vec<Part>,
-    /// What is shown, by the document's entries then; and what is on its way, or shown as well.
-    shown_of: Vec<Entry>,
-    asked_of: Vec<Entry>,
-    map: Option<Arc<EnvironmentMap>>,
+    /// What is shown, by the document then; and what is on its way, or shown as well.
+    shown_of: Asked,
+    asked_of: Asked,
+    /// The map of light of that file.
+    map: Option<(PathBuf, Arc<EnvironmentMap>)>,
     scene: Scene,
     version: u64,
     camera: PerspectiveCamera,
@@ -103,12 +121,20 @@ fn parts_of(scene: &Scene) -> Vec<Part> {
     scene.volumes.iter().map(part).collect()
 }
 
+/// The map of light that a document names and a scene has.
+fn map_of(light: &Surroundings, scene: &Scene) -> Option<(PathBuf, Arc<EnvironmentMap>)> {
+    match &scene.environment.source {
+        EnvironmentSource::Map(map) => Some((light.file()?.to_owned(), map.clone())),
+        _ => None,
+    }
+}
+
 impl Session {
     /// Begins with a scan of which it is still looked for what is shown.
     pub fn of_scan(opened: Opened) -> Self {
         let mut session = Self::new(opened);
         session.is_coming = true;
-        for entry in &mut session.shown_of {
+        for entry in &mut session.shown_of.entries {
             entry.scan.keep = Keep::Everything;
             (entry.labels, entry.peel) = (None, None);
         }
@@ -120,19 +146,15 @@ impl Session {
         let Opened { mut document, scans, scene, camera, is_framed, report, notes } = opened;
         // Wherever the camera is, it is there exactly: what is framed anew with every look would jump.
         document.camera = View::of(&camera);
-        let map = match &scene.environment.source {
-            EnvironmentSource::Map(map) => Some(map.clone()),
-            _ => None,
-        };
         Self {
+            map: map_of(&document.environment, &scene),
             unframed: is_framed.then_some(document.camera),
             parts: parts_of(&scene),
-            shown_of: document.volumes.clone(),
-            asked_of: document.volumes.clone(),
+            shown_of: Asked::of(&document),
+            asked_of: Asked::of(&document),
             saved: document.clone(),
             history: History::new(document),
             scans,
-            map,
             scene,
             version: next_version(),
             camera,
@@ -286,7 +308,7 @@ impl Session {
 
     /// What a job has to do for the document as it is.
     pub fn to_show(&mut self) -> (SceneDocument, Vec<Arc<Volume>>) {
-        self.asked_of = self.document().volumes.clone();
+        self.asked_of = Asked::of(self.document());
         (self.document().clone(), self.scans.clone())
     }
 
@@ -294,6 +316,7 @@ impl Session {
     pub fn shown(&mut self, scene: &Scene, notes: Vec<String>) -> bool {
         self.is_coming = false;
         self.parts = parts_of(scene);
+        self.map = map_of(&self.asked_of.light, scene);
         self.shown_of = self.asked_of.clone();
         for note in notes {
             if !self.notes.contains(&note) {
@@ -311,7 +334,7 @@ impl Session {
         }
         let shown = self.shown_of.clone();
         self.asked_of.clone_from(&shown);
-        self.change(Word::TakenBack, |document| ShownAs::put_back(document, &shown));
+        self.change(Word::TakenBack, |document| shown.put_back(document));
         self.close_step();
     }
 
@@ -320,8 +343,8 @@ impl Session {
         let shown = self.shown_of.clone();
         let refused = std::mem::replace(&mut self.asked_of, shown.clone());
         let put_back = |document: &mut SceneDocument| {
-            if ShownAs::are_of(document, &refused) {
-                ShownAs::put_back(document, &shown);
+            if refused.is_of(document) {
+                shown.put_back(document);
             }
         };
         self.history.rewrite(put_back);
@@ -335,8 +358,11 @@ impl Session {
     /// Makes the scene that the document says, with the voxels that there are. Whether others have to be asked for.
     fn follow(&mut self) -> bool {
         let document = self.history.document();
-        let environment_map = document.environment.file().and(self.map.clone());
-        if let Ok(scene) = lumivox_scene::assemble(document, self.parts.clone(), environment_map)
+        let file = document.environment.file();
+        let map = self.map.as_ref().filter(|(known, _)| file == Some(known)).map(|(_, map)| map.clone());
+        // Until the map of another file is there, all stays as it is.
+        if file.is_some() == map.is_some()
+            && let Ok(scene) = lumivox_scene::assemble(document, self.parts.clone(), map)
             && !scene.is_same(&self.scene)
         {
             self.scene = scene;
@@ -346,10 +372,10 @@ impl Session {
             self.camera = camera;
         }
         // What needs no other voxels is shown by now.
-        if ShownAs::are_of(document, &self.shown_of) {
-            self.shown_of.clone_from(&document.volumes);
+        if self.shown_of.is_of(document) {
+            self.shown_of = Asked::of(document);
         }
-        !ShownAs::are_of(document, &self.asked_of)
+        !self.asked_of.is_of(document)
     }
 
     /// Writes the scene's file.

@@ -19,6 +19,8 @@ pub struct Settings {
     pub has_agreed: bool,
     /// Which button does what.
     pub mouse: Mouse,
+    /// Whether structures have their names beside the 3D picture.
+    pub shows_names: bool,
 }
 
 /// Whose mouse a person is used to.
@@ -47,7 +49,13 @@ impl Mouse {
 
 impl Default for Settings {
     fn default() -> Self {
-        Self { language: Language::English, is_dark: true, has_agreed: false, mouse: Mouse::Ohif }
+        Self {
+            language: Language::English,
+            is_dark: true,
+            has_agreed: false,
+            mouse: Mouse::Ohif,
+            shows_names: true,
+        }
     }
 }
 

@@ -17,6 +17,7 @@ use crate::jobs::Busy;
 use crate::measuring::{Draft, Said};
 use crate::opening::SharedStudy;
 use crate::overlay::{Overlay, Sizes};
+use crate::panels::names::Named;
 use crate::session::Session;
 use crate::settings::Settings;
 use crate::slices::{Axes, Geometry, Plane, Slab, Window, bounds_mm, reach_mm, step_mm, window_for};
@@ -130,6 +131,8 @@ pub enum Ask {
     SaveTurn(String, u32),
     /// Where measurements are saved; a name for them.
     SaveTable(String),
+    /// A panorama of light.
+    Light,
     /// Files of one label map.
     Labels,
     /// A folder with a mask for each structure, or a DICOM segmentation.
@@ -309,6 +312,8 @@ pub struct State {
     pub curve_range: [f64; 2],
     /// Structures over slices, and the labels that they are of.
     pub overlay: Option<(Labelling, Arc<Overlay>)>,
+    /// Names beside the 3D picture.
+    pub named: Named,
     /// The point that all views share, in the patient's mm.
     pub cross: DVec3,
     /// What is black and white in slices.
@@ -366,6 +371,7 @@ impl State {
             curve_point: None,
             curve_range: [0.0; 2],
             overlay: None,
+            named: Named::default(),
             cross: DVec3::ZERO,
             window: [0.0, 1.0],
             layout: Layout::Main,
@@ -423,6 +429,7 @@ impl State {
         self.slices = std::array::from_fn(|_| SliceView { zoom: 1.0, ..SliceView::default() });
         self.oblique = DQuat::from_rotation_z(30_f64.to_radians());
         (self.slab, self.tool, self.draft, self.said, self.overlay) = Default::default();
+        self.named = Named::default();
         (self.curve_point, self.curve_range, self.sizes) = Default::default();
         self.tiles.clear();
         (self.probe, self.failed, self.done) = (None, None, None);

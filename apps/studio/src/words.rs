@@ -88,6 +88,8 @@ words! {
     EnvironmentStudio: "Studio light" / "Studiolicht";
     EnvironmentEven: "Even" / "Gleichmäßig";
     EnvironmentSky: "Sky" / "Himmel";
+    EnvironmentFile: "Panorama…" / "Panorama…";
+    EnvironmentFileHint: "Light of a place: a panorama as .hdr or .exr" / "Licht eines Ortes: ein Panorama als .hdr oder .exr";
     EnvironmentStrength: "Light around" / "Umgebungslicht";
     EnvironmentRotation: "Turn light" / "Licht drehen";
     KeyLight: "Key light" / "Führungslicht";
@@ -158,6 +160,7 @@ words! {
     StructuresNone: "None" / "Keine";
     StructuresRemove: "Forget" / "Vergessen";
     StructuresRest: "The rest of the scan" / "Der Rest des Scans";
+    StructureNames: "Names beside the 3D picture" / "Namen neben dem 3D-Bild";
     StructureColor: "Colour" / "Farbe";
     StructureEye: "Visible" / "Sichtbar";
     StructureLook: "Look of the structure" / "Darstellung der Struktur";
@@ -233,6 +236,7 @@ words! {
     KeySlices: "Oblique slice, slab, last measurement deleted" / "Schräge Schicht, Schichtdicke, letzte Messung löschen";
     MouseSlicer2D: "Slices: left moves the cross, with Ctrl changes the window, wheel the slice, middle moves, right zooms" / "Schichten: links versetzt das Kreuz, mit Strg das Fenster, das Rad die Schicht, Mitte verschiebt, rechts zoomt";
     MouseTools: "With a measuring tool the left button places points, and the right one changes the window" / "Mit einem Messwerkzeug setzt links Punkte, und rechts ändert das Fenster";
+    Fingers: "Fingers: one turns 3D and leafs through slices; two move, zoom and turn" / "Finger: einer dreht 3D und blättert in Schichten; zwei verschieben, zoomen und drehen";
     LookBone: "Bone" / "Knochen";
     LookBoneGlass: "Glass bone" / "Glasknochen";
     LookSkin: "Skin" / "Haut";

@@ -135,6 +135,14 @@ impl Gesture {
         }
     }
 
+    /// Two fingers: what is seen moves with them (to the right and down, in heights of the view), grows as they part, and turns about
+    /// the vertical as they turn, in radians clockwise.
+    pub fn fingers(orbit: &mut Orbit, moved: [f64; 2], zoom: f64, turned: f64) {
+        Self::Pan.apply(orbit, moved);
+        approach(orbit, zoom.max(1e-3).ln());
+        Self::Turn.apply(orbit, [turned / PI, 0.0]);
+    }
+
     /// Turns of a wheel, away from the hand: closer.
     pub fn wheel(orbit: &mut Orbit, notches: f64) {
         approach(orbit, 0.1 * notches);

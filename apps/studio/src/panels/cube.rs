@@ -18,13 +18,16 @@ const HALF: f32 = 25.0;
 const SIDES: [(&str, usize, bool); 6] =
     [("R", 0, false), ("L", 0, true), ("A", 1, false), ("P", 1, true), ("F", 2, false), ("H", 2, true)];
 
-/// The cube in the view's lower right corner.
+/// Where it is in a view, if there is room for it: in its lower right corner.
+pub fn place(rect: Rect) -> Option<Rect> {
+    let has_room = rect.width() >= 3.0 * PLACE && rect.height() >= 3.0 * PLACE;
+    let at = rect.right_bottom() - vec2(PLACE + 6.0, PLACE + 6.0);
+    has_room.then(|| Rect::from_min_size(at, vec2(PLACE, PLACE)))
+}
+
+/// The cube.
 pub fn show(ui: &Ui, rect: Rect, state: &mut State) {
-    let Some(session) = &state.session else { return };
-    if rect.width() < 3.0 * PLACE || rect.height() < 3.0 * PLACE {
-        return;
-    }
-    let place = Rect::from_min_size(rect.right_bottom() - vec2(PLACE + 6.0, PLACE + 6.0), vec2(PLACE, PLACE));
+    let (Some(session), Some(place)) = (&state.session, place(rect)) else { return };
     let response = ui.interact(place, Id::new("cube"), Sense::click());
     response.widget_info(|| WidgetInfo::labeled(WidgetType::Other, true, state.say(Word::Cube)));
     let (painter, p) = (ui.painter_at(place), palette(state.settings.is_dark));

@@ -125,6 +125,7 @@ fn about(context: &egui::Context, state: &mut State) {
             Mouse::Slicer => Word::MouseSlicer2D,
         }));
         ui.label(state.say(Word::MouseTools));
+        ui.label(state.say(Word::Fingers));
         buttons(ui, |ui| ui.add(primary(&p, state.say(Word::Close))).clicked())
     });
     if closed || leaves {

@@ -32,12 +32,15 @@ struct View<'a> {
 
 /// How a handle was dragged.
 struct Dragged {
-    by: Vec2,
+    /// Where it is wanted, and how far from where it is.
     to: Pos2,
+    by: Vec2,
+    /// How far the pointer went since the frame before.
+    pointer: Vec2,
 }
 
 impl View<'_> {
-    /// A handle at a point; how it was dragged, where it was.
+    /// A handle at a point; how it was dragged, where it was. It keeps its place under the pointer, wherever it was taken.
     fn handle(&mut self, point: DVec3, id: (&str, usize, usize)) -> Option<Dragged> {
         self.count += 1;
         let at = self.seen.at(point, self.rect).filter(|at| self.rect.shrink(4.0).contains(*at))?;
@@ -46,24 +49,27 @@ impl View<'_> {
         let name = format!("{} {}", self.name, self.count);
         response.widget_info(|| egui::WidgetInfo::labeled(egui::WidgetType::Other, true, &name));
         marks::handle(&self.painter, at, COLOR, response.hovered() || response.dragged());
-        let by = response.drag_delta();
+        let taken = Id::new(("cut taken", id));
+        if response.drag_started()
+            && let Some(from) = self.ui.input(|input| input.pointer.press_origin())
+        {
+            self.ui.data_mut(|data| data.insert_temp(taken, from - at));
+        }
+        let pointer = response.drag_delta();
         let to = response.interact_pointer_pos();
-        let is_dragged = response.dragged() && by != Vec2::ZERO;
+        let is_dragged = response.dragged() && pointer != Vec2::ZERO;
         response.on_hover_cursor(CursorIcon::Grab);
-        to.filter(|_| is_dragged).map(|to| Dragged { by, to })
+        let off = self.ui.data(|data| data.get_temp::<Vec2>(taken)).unwrap_or_default();
+        to.filter(|_| is_dragged).map(|to| Dragged { to: to - off, by: to - off - at, pointer })
     }
 
-    /// How far along an axis of the world a drag goes, in parts of the axis: what of it runs along the axis as that is seen.
-    fn along(&self, point: DVec3, axis: DVec3, by: Vec2) -> f64 {
+    /// How far along an axis of the world a drag goes, in parts of the axis: what of it runs along the axis as that is seen. An axis
+    /// that points at the eye is not dragged.
+    fn along(&self, point: DVec3, axis: DVec3, by: Vec2) -> Option<f64> {
         const SMALL: f64 = 0.05;
-        let (Some(from), Some(to)) =
-            (self.seen.at(point, self.rect), self.seen.at(point + axis * SMALL, self.rect))
-        else {
-            return 0.0;
-        };
+        let (from, to) = (self.seen.at(point, self.rect)?, self.seen.at(point + axis * SMALL, self.rect)?);
         let seen = (to - from) / SMALL as f32;
-        // An axis that points at the eye is not dragged.
-        if seen.length() < 4.0 { 0.0 } else { f64::from(by.dot(seen) / seen.length_sq()) }
+        (seen.length() >= 4.0).then(|| f64::from(by.dot(seen) / seen.length_sq()))
     }
 
     fn line(&self, points: impl IntoIterator<Item = DVec3>) {
@@ -128,7 +134,7 @@ fn kept_box(view: &mut View<'_>, state: &mut State) {
             let point = placed.transform_point3(at);
             let along = placed.matrix3.col(axis);
             if let Some(dragged) = view.handle(point, ("side", axis, end)) {
-                let wanted = clip[end][axis] + view.along(point, along, dragged.by);
+                let wanted = clip[end][axis] + view.along(point, along, dragged.by).unwrap_or(0.0);
                 changed[end][axis] = match end {
                     0 => wanted.clamp(0.0, clip[1][axis] - LEAST_SHARE),
                     _ => wanted.clamp(clip[0][axis] + LEAST_SHARE, 1.0),
@@ -152,11 +158,9 @@ fn plane_handles(view: &mut View<'_>, state: &State, index: usize, shape: Shape)
     let arrow = if shape.inverted { normal } else { -normal } * 0.2 * size;
     view.line([point, point + arrow]);
     if let Some(dragged) = view.handle(point, ("plane", index, 0)) {
-        let mut moved = view.along(point, normal * size, dragged.by) * size;
-        if moved == 0.0 {
-            // It faces the eye: down is deeper.
-            moved = f64::from(dragged.by.y / view.rect.height()) * size;
-        }
+        // Where it faces the eye, down is deeper.
+        let faced = || f64::from(dragged.pointer.y / view.rect.height());
+        let moved = view.along(point, normal * size, dragged.by).unwrap_or_else(faced) * size;
         return Some(Shape { inverted: shape.inverted, ..plane(point + normal * moved, normal) });
     }
     let dragged = view.handle(point + arrow, ("plane", index, 1))?;
@@ -177,7 +181,7 @@ fn box_handles(view: &mut View<'_>, index: usize, shape: Shape) -> Option<Shape>
             if let Some(dragged) = view.handle(point, ("box", index, 2 * axis + end)) {
                 let least = LEAST_MM / half.length() - 2.0;
                 // The other face stays.
-                let grown = view.along(point, half, dragged.by).max(least);
+                let grown = view.along(point, half, dragged.by).unwrap_or(0.0).max(least);
                 let mut new = placed;
                 new.translation += half * 0.5 * grown;
                 *new.matrix3.col_mut(axis) = placed.matrix3.col(axis) * (1.0 + 0.5 * grown);

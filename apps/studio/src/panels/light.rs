@@ -1,6 +1,6 @@
 //! The light: what shines from around, a key light that a ball turns, and how bright the picture is.
 
-use std::path::Path;
+use std::path::{Path, PathBuf};
 
 use eframe::egui::{
     self, Color32, Mesh, Pos2, Rect, Sense, Shape, Slider, SliderClamping, Stroke, Ui, pos2, vec2,
@@ -9,7 +9,7 @@ use lumivox_core::document::Lighting;
 use lumivox_core::glam::{DMat3, DVec3};
 
 use super::look::slider;
-use crate::state::State;
+use crate::state::{Action, Ask, State};
 use crate::theme::palette;
 use crate::words::Word;
 
@@ -40,6 +40,11 @@ pub fn show(ui: &mut Ui, state: &mut State) {
     key_light(ui, state);
 }
 
+/// Light of a panorama in a file.
+pub fn open(state: &mut State, file: PathBuf) {
+    state.change(Word::Environment, |document| document.environment.source = file);
+}
+
 fn environment(ui: &mut Ui, state: &mut State) {
     let Some(session) = &state.session else { return };
     let own = session.document().environment.clone();
@@ -51,11 +56,15 @@ fn environment(ui: &mut Ui, state: &mut State) {
                 state.change(Word::Environment, |document| document.environment.source = source.into());
             }
         }
-        if let Some(file) = own.file() {
-            let name = file.file_name().unwrap_or_default().to_string_lossy().into_owned();
-            ui.add(egui::Label::new(name).truncate());
+        let button = ui.selectable_label(own.file().is_some(), state.say(Word::EnvironmentFile));
+        if button.on_hover_text(state.say(Word::EnvironmentFileHint)).clicked() {
+            state.act(Action::Ask(Ask::Light));
         }
     });
+    if let Some(file) = own.file() {
+        let name = file.file_name().unwrap_or_default().to_string_lossy().into_owned();
+        ui.add(egui::Label::new(egui::RichText::new(name).small()).truncate());
+    }
     let mut strength = own.strength;
     let bar = Slider::new(&mut strength, 0.0..=4.0).fixed_decimals(2);
     if slider(ui, state.say(Word::EnvironmentStrength), bar) {

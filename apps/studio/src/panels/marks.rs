@@ -107,6 +107,12 @@ pub fn mark(painter: &Painter, at: Pos2, color: Color32) {
     painter.circle_filled(at, 1.5, color);
 }
 
+/// What a line of a name ends at.
+pub fn point(painter: &Painter, at: Pos2, color: Color32) {
+    painter.circle_filled(at, 3.5, Color32::from_black_alpha(150));
+    painter.circle_filled(at, 2.4, color);
+}
+
 /// A thing that is dragged in a picture.
 pub fn handle(painter: &Painter, at: Pos2, color: Color32, is_hovered: bool) {
     let radius = if is_hovered { 6.5 } else { 5.0 };

@@ -9,6 +9,7 @@ pub mod light;
 pub mod look;
 pub mod marks;
 pub mod measure;
+pub mod names;
 pub mod side;
 pub mod slice;
 pub mod strip;

@@ -11,8 +11,8 @@ use lumivox_viewport::SliceGesture;
 
 use super::marks;
 use super::measure::{self, Gestures, Shown};
-use super::views::{BUTTONS, held, interact, notches};
-use crate::slices::{self, Geometry, Plane, Projection, edge_letters, step_mm, value_at};
+use super::views::{BUTTONS, fingers, held, interact, notches};
+use crate::slices::{self, Geometry, Plane, Projection, edge_letters, reach_mm, step_mm, value_at};
 use crate::state::{Action, Drawn, Probe, SliceView, State, Tool, ViewId};
 use crate::theme::{ON_VIEW, VIEW_GROUND};
 use crate::words::Word;
@@ -82,7 +82,7 @@ pub fn show(ui: &mut Ui, rect: Rect, plane: Plane, state: &mut State) {
             }
         }
     }
-    drag(ui, &response, &before, plane, state);
+    drag(ui, &response, &before, &scan, plane, state);
 
     let now = place(state);
     draw(ui, rect, &scan, now.geometry, plane, state);
@@ -148,10 +148,23 @@ pub fn projection_word(projection: Projection) -> Word {
 }
 
 /// What dragging does, as the mouse's profile says. While a tool has the left button, the right one has the window.
-fn drag(ui: &Ui, response: &Response, place: &Place, plane: Plane, state: &mut State) {
+fn drag(ui: &Ui, response: &Response, place: &Place, scan: &Volume, plane: Plane, state: &mut State) {
     let profile = state.settings.mouse.profile();
     let measures = matches!(state.tool, Tool::Measure(_));
     let by = response.drag_delta();
+    if let Some((touch, moved)) = fingers(ui, place.rect, state) {
+        let own = &mut state.slices[plane.index()];
+        let mm = f64::from(place.rect.height()) * place.scale * place.geometry.mm_per_pixel;
+        own.moved += DVec2::new(moved.x.into(), moved.y.into()) * mm;
+        return zoom(own, f64::from(touch.zoom_delta.max(1e-3)).ln());
+    }
+    // A finger has no wheel, and no second button.
+    if ui.input(egui::InputState::any_touches) && !measures && response.dragged() {
+        let [low, high] = reach_mm(scan, place.geometry.axes[2]);
+        let slices = (high - low) / step_mm(scan, place.geometry.axes[2]);
+        let by = f64::from(-by.y / place.rect.height()) * slices;
+        return state.step(plane, if plane == Plane::Axial { by } else { -by });
+    }
     for (button, known) in BUTTONS.into_iter().filter(|(button, _)| response.dragged_by(*button)) {
         let gesture = match button {
             PointerButton::Primary if measures => None,

@@ -7,6 +7,7 @@ use lumivox_core::document::{Color, Labels, SceneDocument, Style};
 use lumivox_core::{Labelling, Preset, TransferFunction, UNLABELLED};
 
 use super::look::entry;
+use crate::settings::Settings;
 use crate::state::{Action, Ask, State};
 use crate::theme::palette;
 use crate::words::{self, Word};
@@ -61,6 +62,10 @@ pub fn show(ui: &mut Ui, state: &mut State) {
         }
     });
     rest(ui, state, &labelling);
+    let mut shows_names = state.settings.shows_names;
+    if ui.checkbox(&mut shows_names, state.say(Word::StructureNames)).changed() {
+        state.act(Action::Settings(Settings { shows_names, ..state.settings.clone() }));
+    }
     for index in 0..labelling.labels.labels().len() {
         row(ui, state, &labelling, index);
     }

@@ -7,8 +7,8 @@ use lumivox_core::glam::{DAffine3, DVec3};
 use lumivox_viewport::{Gesture, pick};
 
 use super::measure::{self, Gestures, Shown};
-use super::views::{BUTTONS, held, interact, notches};
-use super::{cube, curve, handles, marks};
+use super::views::{BUTTONS, fingers, held, interact, notches};
+use super::{cube, curve, handles, marks, names};
 use crate::live::Live;
 use crate::session::Session;
 use crate::slices::direction_letters;
@@ -48,6 +48,7 @@ pub fn show(ui: &mut Ui, rect: Rect, state: &mut State, live: Option<&mut Live>)
     over(ui, rect, state);
     point(ui, &response, rect, state);
     turn(ui, &response, rect, state);
+    names::show(ui, rect, state);
     measurements(ui, rect, state);
     handles::show(ui, rect, state);
     cube::show(ui, rect, state);
@@ -99,6 +100,14 @@ fn turn(ui: &Ui, response: &Response, rect: Rect, state: &mut State) {
     let mut orbit = session.orbit();
     let before = orbit;
     let profile = state.settings.mouse.profile();
+    if let Some((touch, by)) = fingers(ui, rect, state) {
+        let moved = [by.x, by.y].map(f64::from);
+        Gesture::fingers(&mut orbit, moved, touch.zoom_delta.into(), touch.rotation_delta.into());
+        if orbit != before {
+            state.act(Action::Camera(orbit));
+        }
+        return;
+    }
     let shapes = state.tool == Tool::Shape || ui.input(|input| input.modifiers.alt);
     if shapes && response.dragged_by(PointerButton::Primary) {
         let by = response.drag_delta() / rect.height();
@@ -179,6 +188,11 @@ impl Seen {
     pub fn of(session: &Session) -> Self {
         let placed = session.scene().0.volumes.first().map(|it| it.world_from_patient);
         Self::by_camera(session, placed.unwrap_or_default())
+    }
+
+    /// Points of the world.
+    pub fn of_world(session: &Session) -> Self {
+        Self::by_camera(session, DAffine3::IDENTITY)
     }
 
     /// Points of the world in mm.

@@ -160,7 +160,10 @@ pub fn status(ui: &mut Ui, state: &mut State, gpu: &str) {
         if let Some(probe) = state.probe {
             let unit = state.session.as_ref().map_or("", |session| session.scan().unit());
             let unit = if unit.is_empty() { state.say(Word::NoUnit) } else { unit };
-            ui.label(small(probe_words(&probe, unit)));
+            let structure = state.overlay.as_ref().and_then(|(_, overlay)| {
+                overlay.named(overlay.value_at(probe.patient_mm)?).map(|(name, _)| format!("      {name}"))
+            });
+            ui.label(small(probe_words(&probe, unit) + structure.as_deref().unwrap_or_default()));
         }
         ui.with_layout(egui::Layout::right_to_left(Align::Center), |ui| {
             ui.label(small(state.say(Word::NoDevice).to_owned()));

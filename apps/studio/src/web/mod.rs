@@ -269,10 +269,11 @@ struct Dialogs(Hooks);
 impl Chooser for Dialogs {
     fn ask(&self, ask: &Ask, _: Language) -> Choice {
         match ask {
-            Ask::Files | Ask::Folder | Ask::Labels | Ask::LabelFolder => {
+            Ask::Files | Ask::Folder | Ask::Labels | Ask::LabelFolder | Ask::Light => {
                 // At once: browsers show dialogs only to who has just clicked.
                 let is_folder = matches!(ask, Ask::Folder | Ask::LabelFolder);
-                let chosen = JsFuture::from(self.0.choose(is_folder, *ask == Ask::Labels));
+                let is_no_scan = matches!(ask, Ask::Labels | Ask::Light);
+                let chosen = JsFuture::from(self.0.choose(is_folder, is_no_scan));
                 Box::pin(async move {
                     let paths = chosen.await.map(|paths| Array::from(&paths)).unwrap_or_default();
                     paths.iter().filter_map(|path| path.as_string().map(PathBuf::from)).collect()

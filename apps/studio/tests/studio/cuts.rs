@@ -37,7 +37,7 @@ fn cuts_are_dragged_in_the_picture() {
     drag(studio, PointerButton::Primary, from, to);
     let [low, high] = first(studio).clip.unwrap();
     assert!(high[0] < 0.9 && high[1..] == [1.0; 2] && low == [0.0; 3], "{low:?} {high:?}");
-    assert!((handle(studio, 2) - to).length() < 0.35 * (to - from).length(), "it follows the pointer");
+    assert!((handle(studio, 2) - to).length() < 0.3 * (to - from).length(), "it follows the pointer");
     settle(studio);
     screenshot(studio, "22-cut-handles");
     undo(studio);
@@ -60,6 +60,14 @@ fn cuts_are_dragged_in_the_picture() {
     );
     click(studio, "Remove");
     assert!(first(studio).clip_shapes.is_empty());
+
+    // Wherever it is taken, it keeps its place under the pointer.
+    click(studio, "Cut out a ball");
+    let center = handle(studio, 7);
+    let beside = center + egui::vec2(6.0, -5.0);
+    drag(studio, PointerButton::Primary, beside, beside + egui::vec2(24.0, 8.0));
+    assert!((handle(studio, 7) - center - egui::vec2(24.0, 8.0)).length() < 0.5);
+    click(studio, "Remove");
 
     // A box keeps what is within; its other face stays.
     click(studio, "Keep a box");

@@ -1,5 +1,6 @@
 //! The curve of opacity and colour, the light, and the look by dragging over the picture.
 
+use lumivox_core::EnvironmentMap;
 use lumivox_core::document::{Entry, Lighting, SceneDocument};
 use lumivox_core::glam::DVec3;
 use lumivox_studio::state::CurvePoint;
@@ -124,6 +125,52 @@ fn the_look_is_shifted_and_widened_over_the_picture() {
     assert!(first(studio).look.shift.unwrap() < -20.0);
     assert_eq!(document(studio).camera, start.camera);
     settle(studio);
+}
+
+#[test]
+fn light_comes_from_a_panorama_in_a_file() {
+    let _alone = alone();
+    let (mut studio, answers, folder) = with_head(24);
+    let studio = &mut studio;
+    let start = document(studio);
+    // Red from above, hardly anything from below.
+    let texels = (0..16 * 8).map(|i| if i < 64 { [6.0, 0.5, 0.2] } else { [0.01; 3] }).collect();
+    let map = EnvironmentMap::new(16, 8, texels).unwrap();
+    let [file, wrong] = ["sunset.exr", "wrong.hdr"].map(|name| folder.path().join(name));
+    lumivox_import::save_environment(&file, &map).unwrap();
+    std::fs::write(&wrong, "no panorama").unwrap();
+    let redness = |seen: Seen, rect: egui::Rect| {
+        let mut colors = (0..40).map(|i| seen.color(rect.center() + egui::vec2(i as f32 - 20.0, 0.0)));
+        colors.by_ref().map(|[red, _, blue, _]| i32::from(red) - i32::from(blue)).sum::<i32>() / 40
+    };
+    let rect = view(studio, "3D");
+    let plain = redness(screenshot(studio, "24-light-plain"), rect);
+    place(studio, "Panorama…");
+    answers.next(&file);
+    click(studio, "Panorama…");
+    settle(studio);
+    assert_eq!(studio.state().state.failed, None);
+    assert_eq!(document(studio).environment.source, file);
+    let is_map = |studio: &Studio| {
+        matches!(session(studio).scene().0.environment.source, lumivox_core::EnvironmentSource::Map(_))
+    };
+    assert!(is_map(studio) && says(studio, "sunset.exr"));
+    let red = redness(screenshot(studio, "24-light-of-a-file"), rect);
+    assert!(red > plain + 30, "{plain} {red}");
+    undo(studio);
+    settle(studio);
+    assert!(!is_map(studio) && document(studio) == start);
+    studio.key_press_modifiers(Modifiers::COMMAND, Key::Y);
+    settle(studio);
+    assert!(is_map(studio));
+    // What is no panorama is told by its name, and the light stays.
+    answers.next(&wrong);
+    click(studio, "Panorama…");
+    wait(studio, "it is told", |app| app.state.failed.is_some());
+    assert!(says(studio, "wrong.hdr"), "{:?}", texts(studio));
+    click(studio, "Close");
+    settle(studio);
+    assert!(is_map(studio) && document(studio).environment.source == file);
 }
 
 #[test]

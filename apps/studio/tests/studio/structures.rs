@@ -1,5 +1,6 @@
 //! Structures: found in the scan, and opened from a file.
 
+use eframe::egui::accesskit::Role;
 use lumivox_core::document::{Labels, SceneDocument, Style};
 use lumivox_core::{LabelVolume, UNLABELLED};
 use lumivox_studio::state::Action;
@@ -15,6 +16,18 @@ fn styles(studio: &Studio) -> Vec<Style> {
 fn labels(studio: &Studio) -> Option<Arc<LabelVolume>> {
     let session = session(studio);
     session.scene().0.volumes[0].labels.as_ref().map(|labelling| labelling.labels.clone())
+}
+
+/// What has its name beside the picture.
+fn names(studio: &Studio) -> Vec<String> {
+    studio.state().state.named.names().map(str::to_owned).collect()
+}
+
+/// The middle of the scan in the patient, where the ball is.
+fn center(studio: &Studio) -> lumivox_core::glam::DVec3 {
+    let scan = session(studio).scan();
+    let middle = scan.dims().map(|n| 0.5 * n as f64);
+    scan.patient_from_voxel().transform_point3(middle.into())
 }
 
 /// A ball in the middle of the shown scan, as 3D Slicer writes it; with its volume in ml.
@@ -63,6 +76,10 @@ fn structures_are_found_and_opened_and_each_has_eye_colour_and_size() {
     assert!(says(studio, &name) && says(studio, " ml"), "{:?}", texts(studio));
     screenshot(studio, "25-structures");
 
+    // The head is all skin from outside.
+    studio.run_steps(3);
+    assert!(names(studio).len() <= found.labels().len(), "{:?}", names(studio));
+
     // Of a file: its name, its volume, its colour over slices.
     let (file, ml) = ball(studio, folder.path());
     answers.next(&file);
@@ -70,6 +87,7 @@ fn structures_are_found_and_opened_and_each_has_eye_colour_and_size() {
     settle(studio);
     assert_eq!(studio.state().state.failed, None);
     assert_eq!(labels(studio).unwrap().labels()[0].name, "Tumour");
+    let radius_mm = 5.0 * session(studio).scan().spacing_mm().max_element();
     let said = if ml < 10.0 { format!("{ml:.1} ml") } else { format!("{ml:.0} ml") };
     assert!(says(studio, &said), "{said}: {:?}", texts(studio));
     let middle = view(studio, "Axial").center() + egui::vec2(8.0, 8.0);
@@ -79,8 +97,21 @@ fn structures_are_found_and_opened_and_each_has_eye_colour_and_size() {
     };
     let tinted = redness(&screenshot(studio, "26-segmentation"));
     assert!(tinted > 40, "{tinted}");
+    // It is seen through the nose: its name stands beside the picture, and leads to it.
+    studio.run_steps(3);
+    assert_eq!(names(studio), ["Tumour"]);
+    let name = studio.get_all_by_role_and_label(Role::Link, "Tumour").next().unwrap().rect();
+    let three_d = view(studio, "3D");
+    assert!(three_d.contains_rect(name) && name.max.x < three_d.center().x + 0.5 * three_d.width() - 20.0);
+    click_at(studio, name.center());
+    let away = studio.state().state.cross - center(studio);
+    assert!(away.length() < 1.5 * radius_mm, "{away}");
+    click(studio, "Names beside the 3D picture");
+    assert!(studio.query_all_by_role_and_label(Role::Link, "Tumour").next().is_none());
+    click(studio, "Names beside the 3D picture");
     // Its eye.
-    click(studio, "Tumour");
+    studio.get_by_role_and_label(Role::CheckBox, "Tumour").click();
+    studio.run_steps(4);
     assert!(!session(studio).scene().0.volumes[0].labels.as_ref().unwrap().style(1).visible);
     studio.run_steps(2);
     let plain = redness(&screenshot(studio, "27-hidden"));

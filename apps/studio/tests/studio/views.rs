@@ -2,7 +2,7 @@
 
 use lumivox_core::document::Keep;
 use lumivox_core::glam::{DAffine3, DVec2, DVec3};
-use lumivox_core::{Modality, Preset, Volume, Voxels};
+use lumivox_core::{Modality, Orbit, Preset, Volume, Voxels};
 use lumivox_studio::slices::{self, Geometry, Plane, Slab, bounds_mm};
 use lumivox_studio::state::{Layout, ViewId};
 
@@ -15,12 +15,13 @@ fn a_session_of_clicks() {
     let folder = tempfile::tempdir().unwrap();
     let scan = head(folder.path(), 32);
     let (mut studio, _) = studio();
-    let parts: [fn(&mut Studio); 5] = [
+    let parts: [fn(&mut Studio); 6] = [
         a_look_is_chosen_by_its_tile_and_taken_back,
         a_held_slider_is_one_step_and_so_are_all_turns,
         one_point_is_shared_by_all_views_to_half_a_voxel,
         views_have_room_as_keys_and_clicks_say,
         a_cut_opens_the_scan_in_every_view_and_in_the_file,
+        fingers_turn_move_and_zoom,
     ];
     for part in parts {
         studio.state_mut().state.session = None;
@@ -211,4 +212,82 @@ fn slices_are_radiological_and_true() {
     assert_eq!(slices::window_for(&ct), [40.0, 400.0]);
     let [level, width] = slices::window_for(&volume);
     assert!(level.is_finite() && width > 0.0);
+}
+
+/// Fingers at these places, each where it is in every frame.
+fn fingers(studio: &mut Studio, frames: &[&[Pos2]]) {
+    let touch = |studio: &mut Studio, id: usize, phase: egui::TouchPhase, pos: Pos2| {
+        let id = egui::TouchId::from(id as u64);
+        studio.event(egui::Event::Touch { device_id: egui::TouchDeviceId(0), id, phase, pos, force: None });
+        // As windows tell of the first finger.
+        if id == egui::TouchId::from(0_u64) {
+            studio.event(egui::Event::PointerMoved(pos));
+            if phase != egui::TouchPhase::Move {
+                let pressed = phase == egui::TouchPhase::Start;
+                let (button, modifiers) = (PointerButton::Primary, Modifiers::NONE);
+                studio.event(egui::Event::PointerButton { pos, button, pressed, modifiers });
+            }
+        }
+    };
+    let phases = std::iter::once(egui::TouchPhase::Start).chain(std::iter::repeat(egui::TouchPhase::Move));
+    for (places, phase) in frames.iter().zip(phases) {
+        places.iter().enumerate().for_each(|(id, at)| touch(studio, id, phase, *at));
+        studio.step();
+    }
+    let last = frames.last().unwrap().iter().enumerate();
+    last.for_each(|(id, at)| touch(studio, id, egui::TouchPhase::End, *at));
+    studio.event(egui::Event::PointerGone);
+    studio.run_steps(2);
+}
+
+fn fingers_turn_move_and_zoom(studio: &mut Studio) {
+    use eframe::egui::vec2;
+    let at = view(studio, "3D").center();
+    let orbit = |studio: &Studio| session(studio).orbit();
+    let pair = |half: egui::Vec2, by: egui::Vec2| [at - half + by, at + half + by];
+    // Apart: as much larger.
+    let start = orbit(studio);
+    let frames = [60.0, 75.0, 90.0].map(|half| pair(vec2(half, 0.0), vec2(0.0, 0.0)));
+    fingers(studio, &frames.each_ref().map(|places| &places[..]));
+    let zoomed = orbit(studio);
+    assert!((start.distance / zoomed.distance - 1.5).abs() < 0.02, "{start:?} {zoomed:?}");
+    // Windows tell of one finger after the other, between which what is seen moves a little.
+    let stays =
+        |a: Orbit, b: Orbit| (a.azimuth - b.azimuth).abs() < 1e-3 && a.target.distance(b.target) < 3e-3;
+    assert!(stays(start, zoomed), "{start:?} {zoomed:?}");
+    // Together: moved.
+    let frames = [0.0, 15.0, 30.0].map(|by| pair(vec2(60.0, 0.0), vec2(by, 0.0)));
+    fingers(studio, &frames.each_ref().map(|places| &places[..]));
+    let moved = orbit(studio);
+    assert!(
+        (moved.distance - zoomed.distance).abs() < 1e-6 && (moved.target - zoomed.target).length() > 1e-3
+    );
+    // About each other: turned by as much.
+    let frames = [0.0_f32, 0.15, 0.3].map(|turn| pair(egui::Vec2::angled(turn) * 60.0, vec2(0.0, 0.0)));
+    fingers(studio, &frames.each_ref().map(|places| &places[..]));
+    let turned = orbit(studio);
+    let by = (moved.azimuth - turned.azimuth).rem_euclid(std::f64::consts::TAU);
+    assert!((by - 0.3).abs() < 0.01 && (turned.distance / moved.distance - 1.0).abs() < 0.01, "{by}");
+    // One finger: as the left button.
+    fingers(studio, &[&[at], &[at + vec2(40.0, 0.0)], &[at + vec2(80.0, 0.0)]]);
+    assert!((orbit(studio).azimuth - turned.azimuth).abs() > 0.1);
+
+    // In slices one finger leafs, and two zoom and move.
+    let at = view(studio, "Axial").center();
+    let (cross, window) = (studio.state().state.cross, studio.state().state.window);
+    fingers(studio, &[&[at], &[at - vec2(0.0, 20.0)], &[at - vec2(0.0, 40.0)]]);
+    let by = studio.state().state.cross - cross;
+    assert!(by.z > 1.0 && by.x == 0.0 && by.y == 0.0, "{by}");
+    assert_eq!(studio.state().state.window, window);
+    let slice = |studio: &Studio| {
+        let own = &studio.state().state.slices[Plane::Axial.index()];
+        (own.zoom, own.moved)
+    };
+    let pair = |half: f32, by: f32| [at + vec2(by - half, 0.0), at + vec2(by + half, 0.0)];
+    let frames = [pair(30.0, 0.0), pair(45.0, 10.0), pair(60.0, 20.0)];
+    fingers(studio, &frames.each_ref().map(|places| &places[..]));
+    let (zoom, moved) = slice(studio);
+    assert!((zoom - 2.0).abs() < 0.05 && moved.x > 0.0 && moved.y.abs() < 1e-6, "{zoom} {moved}");
+    assert_eq!(studio.state().state.window, window);
+    settle(studio);
 }
