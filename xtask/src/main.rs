@@ -26,8 +26,9 @@ Commands:
   layers  Check that imports between the crates go one way, and between the importer's floors, and that clock
           and threads are the host's
   package all OUT           Make all that people install in the folder OUT, for Linux, and for Windows what script/windows
-                            made before: the command, packages for Debian, Godot, Unity and Python, crates, checksums
-  package command OUT, package godot OUT, package python OUT, package crates OUT, package web OUT
+                            made before: the command, the Studio, packages for Debian, Godot, Unity and Python, crates,
+                            checksums
+  package command OUT, package studio OUT, package godot OUT, package python OUT, package crates OUT, package web OUT
                             Make a part of it; web is the Studio's page
   package unity OUT         Make the Unity package alone, of this system's library, on any system
     --from DIR              With this system's programs and libraries from a folder as they are

@@ -5,9 +5,11 @@
 
 use std::collections::BTreeSet;
 use std::fs;
+use std::os::unix::process::CommandExt;
 use std::path::{Path, PathBuf};
 use std::process::{Command, Output};
 use std::sync::OnceLock;
+use std::time::{Duration, Instant};
 
 use serde_json::Value;
 
@@ -37,6 +39,7 @@ fn gather() -> PathBuf {
     for (from, name) in [
         ("../lumivox", "lumivox"),
         ("../lumivox-codecs", "lumivox-codecs"),
+        ("../lumivox-studio", "lumivox-studio"),
         ("liblumivox_godot.so", "liblumivox_godot.so"),
         ("liblumivox_unity.so", "liblumivox_unity.so"),
     ] {
@@ -60,6 +63,7 @@ fn for_windows() -> PathBuf {
     program.extend(b"PE\0\0\x64\x86");
     for (name, words) in [
         ("lumivox.exe", ""),
+        ("lumivox-studio.exe", ""),
         ("lumivox-codecs.exe", ""),
         ("lumivox_godot.dll", "gdext_rust_init"),
         ("lumivox_unity.dll", "lumivox_abi_version"),
@@ -231,6 +235,11 @@ fn whose_works_are_in_it_is_told_for_each_package() {
             &["wgpu", "clap", "openjpeg-sys"][..],
             &["godot"][..],
         ),
+        (
+            format!("lumivox-studio-{VERSION}-x86_64-linux.cdx.json"),
+            &["egui", "winit", "wgpu", "openjpeg-sys"],
+            &["clap", "godot-core", "js-sys"],
+        ),
         (format!("lumivox-godot-{VERSION}.cdx.json"), &["godot-core", "openjpeg-sys"], &["clap", "pyo3"]),
         (
             format!("com.lumivox-{VERSION}.cdx.json"),
@@ -279,34 +288,98 @@ fn checksums_are_those_of_all_that_was_made() {
 }
 
 #[test]
-fn the_debian_package_is_installed_by_dpkg() {
-    let package = packed().join(format!("lumivox_{VERSION}_amd64.deb"));
-    let root = folder("packages-debian");
-    for name in ["info", "updates", "triggers"] {
-        fs::create_dir_all(root.join("var/lib/dpkg").join(name)).unwrap();
+fn debian_packages_are_installed_by_dpkg() {
+    for name in ["lumivox", "lumivox-studio"] {
+        let package = packed().join(format!("{name}_{VERSION}_amd64.deb"));
+        let root = folder(&format!("packages-debian-{name}"));
+        for name in ["info", "updates", "triggers"] {
+            fs::create_dir_all(root.join("var/lib/dpkg").join(name)).unwrap();
+        }
+        fs::write(root.join("var/lib/dpkg/status"), "").unwrap();
+        // Its own list of what is installed knows no C library.
+        // Some people have no programs of administrators in PATH, and it wants them.
+        let path = format!("{}:/usr/sbin:/sbin", std::env::var("PATH").unwrap());
+        let mut dpkg = Command::new("dpkg");
+        dpkg.env("PATH", &path)
+            .args(["--force-not-root", "--force-script-chrootless", "--force-depends", "--root"])
+            .arg(&root);
+        succeeds(dpkg.arg("--log=/dev/null").arg("--install").arg(&package));
+        let said = succeeds(Command::new("dpkg").arg("--root").arg(&root).args(["--status", name]));
+        assert!(said.contains("Status: install ok installed") && said.contains("libc6 (>= 2.28)"), "{said}");
+        let program = root.join("usr/bin").join(name);
+        let version = succeeds(Command::new(&program).arg("--version"));
+        assert_eq!(version.trim(), format!("{name} {VERSION}"));
+        let doc = format!("usr/share/doc/{name}");
+        let mut packed = vec![format!("{doc}/changelog.gz")];
+        match name {
+            "lumivox" => packed.push("usr/share/man/man1/lumivox.1.gz".to_owned()),
+            // What menus start, and by which icon they show it.
+            _ => {
+                let entry = fs::read_to_string(root.join("usr/share/applications/lumivox-studio.desktop"));
+                assert!(entry.unwrap().contains("\nExec=lumivox-studio %F\nIcon=lumivox-studio\n"));
+                let icon = root.join("usr/share/icons/hicolor/scalable/apps/lumivox-studio.svg");
+                assert!(fs::read_to_string(icon).unwrap().starts_with("<svg"));
+            }
+        }
+        for path in packed {
+            succeeds(Command::new("gzip").arg("--test").arg(root.join(path)));
+        }
+        let copyright = fs::read_to_string(root.join(doc).join("copyright")).unwrap();
+        assert!(copyright.contains("MIT License") && copyright.contains("openjpeg-sys"));
+        let mut dpkg = Command::new("dpkg");
+        dpkg.env("PATH", &path).args(["--force-not-root", "--log=/dev/null", "--root"]).arg(&root);
+        succeeds(dpkg.args(["--purge", name]));
+        assert!(!program.exists());
     }
-    fs::write(root.join("var/lib/dpkg/status"), "").unwrap();
-    // Its own list of what is installed knows no C library.
-    // Some people have no programs of administrators in PATH, and it wants them.
-    let path = format!("{}:/usr/sbin:/sbin", std::env::var("PATH").unwrap());
-    let mut dpkg = Command::new("dpkg");
-    dpkg.env("PATH", &path)
-        .args(["--force-not-root", "--force-script-chrootless", "--force-depends", "--root"])
-        .arg(&root);
-    succeeds(dpkg.arg("--log=/dev/null").arg("--install").arg(&package));
-    let said = succeeds(Command::new("dpkg").arg("--root").arg(&root).args(["--status", "lumivox"]));
-    assert!(said.contains("Status: install ok installed") && said.contains("libc6 (>= 2.28)"), "{said}");
-    let version = succeeds(Command::new(root.join("usr/bin/lumivox")).arg("--version"));
-    assert_eq!(version.trim(), format!("lumivox {VERSION}"));
-    for path in ["usr/share/man/man1/lumivox.1.gz", "usr/share/doc/lumivox/changelog.gz"] {
-        succeeds(Command::new("gzip").arg("--test").arg(root.join(path)));
+}
+
+/// How many colours a screen of Xvfb's has, which it keeps in a file (X Window Dump, version 7): 100 numbers of 32 bits, the first is
+/// the header's length, the 20th the colours of a palette of 12 bytes each, then pixels.
+fn colors(screen: &Path) -> usize {
+    let bytes = fs::read(screen).unwrap_or_default();
+    let number = |place: usize| {
+        let own = bytes.get(4 * place..4 * place + 4);
+        own.map_or(0, |own| u32::from_be_bytes(own.try_into().unwrap()) as usize)
+    };
+    let pixels = bytes.get(number(0) + 12 * number(19)..).unwrap_or_default();
+    pixels.chunks_exact(4).map(|pixel| [pixel[0], pixel[1], pixel[2]]).collect::<BTreeSet<_>>().len()
+}
+
+#[test]
+fn the_studio_opens_where_it_was_unpacked() {
+    let place = folder("packages-studio");
+    let archive = packed().join(format!("lumivox-studio-{VERSION}-x86_64-linux.tar.xz"));
+    succeeds(Command::new("tar").arg("-xJf").arg(archive).arg("-C").arg(&place));
+    let unpacked = place.join(format!("lumivox-studio-{VERSION}-x86_64-linux"));
+    let readme = fs::read_to_string(unpacked.join("README.txt")).unwrap();
+    assert!(readme.contains(VERSION) && readme.lines().count() < 60, "{readme}");
+    let program = unpacked.join("bin/lumivox-studio");
+    let [scan, screen] = ["scan", "screen"].map(|name| place.join(name));
+    fs::create_dir(&screen).unwrap();
+    succeeds(
+        Command::new(native().join("lumivox")).args(["phantom", "head", "--size", "32", "--out"]).arg(&scan),
+    );
+    // With nothing of this person's, in a group of its own, which ends with it.
+    let mut studio = Command::new("xvfb-run");
+    studio.args(["-a", "-s"]).arg(format!("-screen 0 1440x900x24 -fbdir {}", screen.display()));
+    studio.arg(&program).arg(&scan).env("HOME", &place).env("XDG_CONFIG_HOME", place.join("config"));
+    let log = fs::File::create(place.join("log")).unwrap();
+    studio.stdout(log.try_clone().unwrap()).stderr(log).process_group(0);
+    let mut studio = studio.spawn().unwrap();
+    let said = || fs::read_to_string(place.join("log")).unwrap();
+    let begin = Instant::now();
+    let mut ended = None;
+    // An empty screen has one colour, letters have some dozens, and a slice has all greys.
+    while colors(&screen.join("Xvfb_screen0")) < 150 && ended.is_none() && begin.elapsed().as_secs() < 180 {
+        std::thread::sleep(Duration::from_millis(200));
+        ended = studio.try_wait().unwrap();
     }
-    let copyright = fs::read_to_string(root.join("usr/share/doc/lumivox/copyright")).unwrap();
-    assert!(copyright.contains("MIT License") && copyright.contains("openjpeg-sys"));
-    let mut dpkg = Command::new("dpkg");
-    dpkg.env("PATH", &path).args(["--force-not-root", "--log=/dev/null", "--root"]).arg(&root);
-    succeeds(dpkg.args(["--purge", "lumivox"]));
-    assert!(!root.join("usr/bin/lumivox").exists());
+    let seen = colors(&screen.join("Xvfb_screen0"));
+    succeeds(Command::new("cp").arg(screen.join("Xvfb_screen0")).arg(place.join("seen.xwd")));
+    let group = format!("-{}", studio.id());
+    let _ = Command::new("kill").args(["-TERM", "--", &group]).status();
+    studio.wait().unwrap();
+    assert!(ended.is_none() && seen >= 150, "{ended:?}, {seen} colours: {}", said());
 }
 
 /// The files of a ZIP archive, with their modes.
@@ -328,6 +401,11 @@ fn what_is_for_windows_lies_where_it_is_looked_for() {
     for name in
         ["lumivox.exe", "README.txt", "completions/lumivox.ps1", "LICENSE-MIT", "THIRD-PARTY-LICENSES.txt"]
     {
+        assert!(files.iter().any(|(file, _)| *file == format!("{folder}/{name}")), "no {name}: {files:?}");
+    }
+    let folder = format!("lumivox-studio-{VERSION}-x86_64-windows");
+    let files = listed(&format!("{folder}.zip"));
+    for name in ["lumivox-studio.exe", "README.txt", "LICENSE-MIT", "THIRD-PARTY-LICENSES.txt"] {
         assert!(files.iter().any(|(file, _)| *file == format!("{folder}/{name}")), "no {name}: {files:?}");
     }
     let files = listed(&format!("lumivox-godot-{VERSION}.zip"));

@@ -150,8 +150,17 @@ fn walk(folder: &Path, within: &str, found: &mut Vec<String>) -> Result<(), Stri
     Ok(())
 }
 
-pub fn xz(bytes: &[u8]) -> Result<Vec<u8>, String> {
-    let made = XzWriter::new(vec![], XzOptions::with_preset(6)).and_then(|mut writer| {
+/// How something is packed.
+#[derive(Clone, Copy, Debug)]
+pub struct How {
+    /// Of all files, in seconds after 1970.
+    pub date: u64,
+    /// From 0, which is quick, to 9.
+    pub effort: u32,
+}
+
+pub fn xz(bytes: &[u8], effort: u32) -> Result<Vec<u8>, String> {
+    let made = XzWriter::new(vec![], XzOptions::with_preset(effort)).and_then(|mut writer| {
         writer.write_all(bytes)?;
         writer.finish()
     });

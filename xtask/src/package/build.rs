@@ -9,6 +9,8 @@ use super::{binaries, make_empty, run, target_folder, works};
 
 /// What is built together, and the system that it is built for.
 pub const PACKAGES: [&str; 4] = ["lumivox", "lumivox-import", "lumivox-godot", "lumivox-unity"];
+/// And what is built apart, lest the others are of what it alone asks for.
+pub const STUDIO: [&str; 1] = ["lumivox-studio"];
 pub const LINUX: &str = "x86_64-unknown-linux-gnu";
 
 /// What is native of the packages for Linux.
@@ -17,6 +19,7 @@ pub struct Native {
     pub codecs: PathBuf,
     pub godot: PathBuf,
     pub unity: PathBuf,
+    pub studio: PathBuf,
     /// What the builder added to it.
     pub extra: Vec<works::Work>,
 }
@@ -29,6 +32,7 @@ impl Native {
             codecs: folder.join("lumivox-codecs"),
             godot: folder.join("liblumivox_godot.so"),
             unity: folder.join("liblumivox_unity.so"),
+            studio: folder.join("lumivox-studio"),
             extra,
         }
     }
@@ -46,24 +50,29 @@ impl Native {
         Ok(taken)
     }
 
-    fn files(&self) -> [&PathBuf; 4] {
-        [&self.command, &self.codecs, &self.godot, &self.unity]
+    fn files(&self) -> [&PathBuf; 5] {
+        [&self.command, &self.codecs, &self.godot, &self.unity, &self.studio]
     }
 
-    /// Built for people, against an old glibc.
-    pub fn built(root: &Path) -> Result<Self, String> {
+    /// Built for people, against an old glibc: all but the Studio, the Studio, or both.
+    pub fn built(root: &Path, has_others: bool, has_studio: bool) -> Result<Self, String> {
         let tools = Tools::installed(root)?;
         let target = target_folder(root);
         println!("building for {LINUX}, glibc 2.28");
-        let mut cargo = Command::new("cargo");
-        cargo.args(["zigbuild", "--locked", "--quiet", "--profile", "dist", "--lib", "--bins"]);
-        cargo.args(["--target", &format!("{LINUX}.2.28")]);
-        cargo.args(PACKAGES.iter().flat_map(|name| ["--package", name])).current_dir(root);
-        tools.prepare(&mut cargo, root)?;
-        run(&mut cargo)?;
+        let selections = [(has_others, &PACKAGES[..]), (has_studio, &STUDIO)];
+        for (_, packages) in selections.iter().filter(|(is_wanted, _)| *is_wanted) {
+            let mut cargo = Command::new("cargo");
+            cargo.args(["zigbuild", "--locked", "--quiet", "--profile", "dist", "--lib", "--bins"]);
+            cargo.args(["--target", &format!("{LINUX}.2.28")]);
+            cargo.args(packages.iter().flat_map(|name| ["--package", name])).current_dir(root);
+            tools.prepare(&mut cargo, root)?;
+            run(&mut cargo)?;
+        }
         let native = Self::within(&target.join(LINUX).join("dist"), vec![tools.cxx()?]);
         let [home, cargo_home] = homes();
-        for file in native.files() {
+        let (others, studio) = (&native.files()[..4], [&native.studio]);
+        let wanted = [(has_others, others), (has_studio, &studio)];
+        for file in wanted.into_iter().filter(|(is_wanted, _)| *is_wanted).flat_map(|(_, files)| files) {
             binaries::check_glibc(file)?;
             binaries::check_paths(file, &[root, &target, &home, &cargo_home])?;
         }

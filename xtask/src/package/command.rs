@@ -4,8 +4,9 @@
 use std::path::Path;
 use std::process::Command;
 
-use super::archive::{self, File, Files};
-use super::{VERSION, make_empty, read, run};
+use super::archive::{self, File, Files, How};
+use super::debian::{self, About};
+use super::{VERSION, filled, make_empty, read, run};
 
 const README_LINUX: &str = include_str!("readme-linux.txt");
 const README_WINDOWS: &str = include_str!("readme-windows.txt");
@@ -59,27 +60,41 @@ pub struct Words<'a> {
 }
 
 /// `lumivox-VERSION-x86_64-linux.tar.xz`.
-pub fn linux(command: &Path, manual: &Manual, words: &Words<'_>, date: u64) -> Result<Vec<u8>, String> {
+pub fn linux(command: &Path, manual: &Manual, words: &Words<'_>, how: How) -> Result<Vec<u8>, String> {
     let mut files = manual.shared()?;
     files.add("bin/lumivox", program(command)?);
     files.add("README.txt", File::text(filled(README_LINUX)));
-    add_words(&mut files, manual, words);
-    let tar = files.within(&format!("lumivox-{VERSION}-x86_64-linux")).tar("", date)?;
-    archive::xz(&tar)
+    add_words(&mut files, &manual.own_licenses, "lumivox", words);
+    let tar = files.within(&format!("lumivox-{VERSION}-x86_64-linux")).tar("", how.date)?;
+    archive::xz(&tar, how.effort)
 }
 
 /// `lumivox-VERSION-x86_64-windows.zip`, of which nothing needs to be installed.
-pub fn windows(command: &Path, manual: &Manual, words: &Words<'_>, date: u64) -> Result<Vec<u8>, String> {
+pub fn windows(command: &Path, manual: &Manual, words: &Words<'_>, how: How) -> Result<Vec<u8>, String> {
     let mut files = Files::default();
     files.add("lumivox.exe", program(command)?);
     files.add("README.txt", File::text(filled(README_WINDOWS).replace('\n', "\r\n")));
     files.add("completions/lumivox.ps1", manual.completions("lumivox.ps1")?);
-    add_words(&mut files, manual, words);
-    files.within(&format!("lumivox-{VERSION}-x86_64-windows")).zip(date)
+    add_words(&mut files, &manual.own_licenses, "lumivox", words);
+    files.within(&format!("lumivox-{VERSION}-x86_64-windows")).zip(how.date)
 }
 
-/// `lumivox_VERSION_amd64.deb`, in Debian's own layout (Debian Policy 3.9, 5 and 12).
-pub fn debian(command: &Path, manual: &Manual, words: &Words<'_>, date: u64) -> Result<Vec<u8>, String> {
+/// What Debian wants to know of it.
+const DEBIAN: About = About {
+    name: "lumivox",
+    depends: "",
+    recommends: "libvulkan1, mesa-vulkan-drivers | vulkan-icd",
+    section: "science",
+    description: "photorealistic pictures of CT and MR scans
+ Reads DICOM, NIfTI, NRRD, MetaImage and more, and traces light through what
+ they show. Needs a Vulkan driver to make pictures: a graphics card's, or
+ Mesa's in software.
+ .
+ Not a medical device.",
+};
+
+/// `lumivox_VERSION_amd64.deb`.
+pub fn debian(command: &Path, manual: &Manual, words: &Words<'_>, how: How) -> Result<Vec<u8>, String> {
     let mut files = manual.shared()?;
     // Policy 12.1 wants pages compressed.
     for (name, page) in &manual.pages.0 {
@@ -91,70 +106,22 @@ pub fn debian(command: &Path, manual: &Manual, words: &Words<'_>, date: u64) -> 
     let zsh = files.0.remove("share/zsh/site-functions/_lumivox").ok_or("nothing is completed in zsh")?;
     files.add("share/zsh/vendor-completions/_lumivox", zsh);
     files.add("bin/lumivox", program(command)?);
-    let doc = "share/doc/lumivox";
-    let own: Vec<String> = manual.own_licenses.0.values().map(text).collect();
-    let copyright = format!(
-        "Lumivox {VERSION}\nhttps://github.com/lumivox/lumivox\n\nMIT or Apache-2.0, at your option.\n\n{}\n\n{}",
-        own.join("\n\n"),
-        words.notice
-    );
-    files.add(format!("{doc}/copyright"), File::text(copyright));
-    let notes = archive::gz(words.notes.as_bytes())?;
-    files.add(format!("{doc}/changelog.gz"), File { bytes: notes, is_program: false });
-    files.add(format!("{doc}/lumivox.cdx.json"), File::text(words.bill));
-    let files = files.within("usr");
-    let size: usize = files.0.values().map(|file| file.bytes.len().div_ceil(1024)).sum();
-    let mut control = Files::default();
-    control.add("control", File::text(control_of(size)));
-    let control = archive::xz(&control.tar("./", date)?)?;
-    let data = archive::xz(&files.tar("./", date)?)?;
-    let members: [(&str, &[u8]); 3] =
-        [("debian-binary", b"2.0\n"), ("control.tar.xz", &control), ("data.tar.xz", &data)];
-    Ok(archive::ar(&members, date))
+    debian::pack(files, &DEBIAN, &manual.own_licenses, words, how)
 }
 
-/// What is said of the package, which takes `size` KiB.
-fn control_of(size: usize) -> String {
-    format!(
-        "Package: lumivox
-Version: {VERSION}
-Architecture: amd64
-Maintainer: The Lumivox contributors
-Installed-Size: {size}
-Depends: libc6 (>= 2.28)
-Recommends: libvulkan1, mesa-vulkan-drivers | vulkan-icd
-Section: science
-Priority: optional
-Homepage: https://github.com/lumivox/lumivox
-Description: photorealistic pictures of CT and MR scans
- Reads DICOM, NIfTI, NRRD, MetaImage and more, and traces light through what
- they show. Needs a Vulkan driver to make pictures: a graphics card's, or
- Mesa's in software.
- .
- Not a medical device.
-"
-    )
-}
-
-fn add_words(files: &mut Files, manual: &Manual, words: &Words<'_>) {
-    for (name, file) in &manual.own_licenses.0 {
+/// Licences, what is new, and what is in it.
+pub fn add_words(files: &mut Files, own_licenses: &Files, name: &str, words: &Words<'_>) {
+    for (name, file) in &own_licenses.0 {
         files.add(name.clone(), file.clone());
     }
     files.add("THIRD-PARTY-LICENSES.txt", File::text(words.notice));
     files.add("CHANGES.md", File::text(words.notes));
-    files.add("lumivox.cdx.json", File::text(words.bill));
+    files.add(format!("{name}.cdx.json"), File::text(words.bill));
 }
 
-fn program(file: &Path) -> Result<File, String> {
+/// A file as a program.
+pub fn program(file: &Path) -> Result<File, String> {
     std::fs::read(file).map(File::program).map_err(|error| format!("{}: {error}", file.display()))
-}
-
-fn text(file: &File) -> String {
-    String::from_utf8_lossy(&file.bytes).trim().to_owned()
-}
-
-fn filled(text: &str) -> String {
-    text.replace("VERSION", VERSION)
 }
 
 /// What CHANGELOG.md says of this version, or of what has none yet; and of which.

@@ -8,11 +8,13 @@ mod binaries;
 mod build;
 mod command;
 mod crates;
+mod debian;
 mod godot;
 mod options;
 mod parts;
 mod python;
 mod sbom;
+mod studio;
 mod unity;
 mod works;
 
@@ -31,6 +33,11 @@ const VERSION: &str = env!("CARGO_PKG_VERSION");
 
 /// The date of what has none: the first of 2020.
 const NO_DATE: u64 = 1_577_836_800;
+
+/// A text that says VERSION where it means it.
+fn filled(text: &str) -> String {
+    text.replace("VERSION", VERSION)
+}
 
 /// The date that archives give their files, in seconds after 1970: `SOURCE_DATE_EPOCH`, or the commit's.
 fn date(root: &Path) -> Result<u64, String> {

@@ -5,18 +5,19 @@ use std::fs;
 use std::path::{Path, PathBuf};
 use std::process::Command;
 
-use super::archive::{self, Files};
-use super::build::{LINUX, Native, PACKAGES};
+use super::archive::{self, Files, How};
+use super::build::{LINUX, Native, PACKAGES, STUDIO};
 use super::command::{self, Manual, Words};
 use super::godot::{self, Libraries};
 use super::options::Options;
 use super::works::{Graph, Work};
-use super::{VERSION, crates, date, python, read, run, sbom, target_folder, unity, works, write};
+use super::{VERSION, crates, date, python, read, run, sbom, studio, target_folder, unity, works, write};
 
 /// What people install.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Part {
     Command,
+    Studio,
     Godot,
     Unity,
     Python,
@@ -26,13 +27,15 @@ pub enum Part {
 
 impl Part {
     /// Those of a release. The page is made by itself: its tools are of one version, which Debian's testing has today.
-    pub const ALL: [Self; 5] = [Self::Command, Self::Godot, Self::Unity, Self::Python, Self::Crates];
+    pub const ALL: [Self; 6] =
+        [Self::Command, Self::Studio, Self::Godot, Self::Unity, Self::Python, Self::Crates];
 
     /// By its word on the command line; `all` are those of a release. `unity` alone is made of this system's, whatever it is.
     pub fn named(name: &str) -> Option<Vec<Self>> {
         Some(match name {
             "all" => Self::ALL.to_vec(),
             "command" => vec![Self::Command],
+            "studio" => vec![Self::Studio],
             "godot" => vec![Self::Godot],
             "python" => vec![Self::Python],
             "crates" => vec![Self::Crates],
@@ -45,6 +48,7 @@ impl Part {
     fn linux_files(self) -> &'static [&'static str] {
         match self {
             Self::Command => &["lumivox"],
+            Self::Studio => &["lumivox-studio"],
             Self::Godot => &["liblumivox_godot.so", "lumivox-codecs"],
             Self::Unity => &["liblumivox_unity.so", "lumivox-codecs"],
             Self::Python | Self::Crates | Self::Web => &[],
@@ -55,12 +59,17 @@ impl Part {
     fn windows_files(self) -> &'static [&'static str] {
         match self {
             Self::Command => &["lumivox.exe"],
+            Self::Studio => &["lumivox-studio.exe"],
             Self::Godot => &["lumivox_godot.dll", "lumivox-codecs.exe"],
             Self::Unity => &unity::WINDOWS_FILES,
             Self::Python | Self::Crates | Self::Web => &[],
         }
     }
 }
+
+/// Efforts to pack what people download, and what is taken from a folder as it is, for a look at it.
+const THOROUGH: u32 = 6;
+const QUICK: u32 = 0;
 
 /// What browsers have for a system.
 const BROWSERS: &str = "wasm32-unknown-unknown";
@@ -86,7 +95,7 @@ pub fn make(parts: &[Part], out: &Path, options: &Options<'_>) -> Result<(), Str
     unity::check_others(&options.libraries)?;
     let out = std::path::absolute(out).map_err(|error| format!("{}: {error}", out.display()))?;
     let maker = Maker {
-        date: date(&root)?,
+        how: How { date: date(&root)?, effort: if options.from.is_some() { QUICK } else { THOROUGH } },
         windows: match options.windows {
             Some(folder) => folder.to_owned(),
             None => target_folder(&root).join("windows/dist"),
@@ -106,7 +115,7 @@ pub fn make(parts: &[Part], out: &Path, options: &Options<'_>) -> Result<(), Str
 
 struct Maker {
     root: PathBuf,
-    date: u64,
+    how: How,
     windows: PathBuf,
     /// Where things lie that are packed.
     staging: PathBuf,
@@ -122,26 +131,27 @@ impl Maker {
         fs::create_dir_all(&self.out).map_err(|error| format!("{}: {error}", self.out.display()))?;
         let mut names = vec![];
         if parts.iter().any(|part| !part.windows_files().is_empty()) {
+            let others = [Part::Command, Part::Godot, Part::Unity];
+            let has_others = others.iter().any(|part| wants(*part));
             let native = match options.from {
                 Some(folder) => Native::taken(folder, &self.staging.join("native"))?,
-                None => Native::built(&self.root)?,
+                None => Native::built(&self.root, has_others, wants(Part::Studio))?,
             };
-            let linux = Graph::new(&self.root, LINUX, &PACKAGES)?;
-            let has_windows = parts
-                .iter()
-                .flat_map(|part| part.windows_files())
-                .any(|name| self.windows.join(name).is_file());
-            let windows = has_windows.then(|| Graph::new(&self.root, WINDOWS, &PACKAGES)).transpose()?;
-            let graphs = Graphs { linux, windows, extra: native.extra.clone() };
             let mut made = vec![];
-            if wants(Part::Command) {
-                made.extend(self.command(&native, &graphs)?);
+            if has_others {
+                let graphs = self.graphs(&PACKAGES, parts, &native)?;
+                if wants(Part::Command) {
+                    made.extend(self.command(&native, &graphs)?);
+                }
+                if wants(Part::Godot) {
+                    made.extend(self.godot(&native, &graphs)?);
+                }
+                if wants(Part::Unity) {
+                    made.extend(self.unity(&native, &graphs, options)?);
+                }
             }
-            if wants(Part::Godot) {
-                made.extend(self.godot(&native, &graphs)?);
-            }
-            if wants(Part::Unity) {
-                made.extend(self.unity(&native, &graphs, options)?);
+            if wants(Part::Studio) {
+                made.extend(self.studio(&native, &self.graphs(&STUDIO, parts, &native)?)?);
             }
             for (name, bytes) in made {
                 write(&self.out.join(&name), &bytes)?;
@@ -164,6 +174,15 @@ impl Maker {
         write(&self.out.join("NOTES.md"), notes.as_bytes())?;
         names.push("NOTES.md".to_owned());
         self.sum(names)
+    }
+
+    /// What is linked into packages that are built together.
+    fn graphs(&self, packages: &[&str], parts: &[Part], native: &Native) -> Result<Graphs, String> {
+        let mut for_windows = parts.iter().flat_map(|part| part.windows_files());
+        let has_windows = for_windows.any(|name| self.windows.join(name).is_file());
+        let linux = Graph::new(&self.root, LINUX, packages)?;
+        let windows = has_windows.then(|| Graph::new(&self.root, WINDOWS, packages)).transpose()?;
+        Ok(Graphs { linux, windows, extra: native.extra.clone() })
     }
 
     /// Writes `SHA256SUMS`, as `sha256sum --check` reads it. What was made before is in it, too, where it is still what it was.
@@ -205,18 +224,42 @@ impl Maker {
         let works = graphs.linux(&roots)?;
         let (notice, bill) = (works::notice(&works), self.bill("lumivox", &roots, &works)?);
         let words = Words { notes: &notes, notice: &notice, bill: &bill };
-        let archive = command::linux(&native.command, &manual, &words, self.date)?;
+        let archive = command::linux(&native.command, &manual, &words, self.how)?;
         made.push((format!("lumivox-{VERSION}-x86_64-linux.tar.xz"), archive));
-        let package = command::debian(&native.command, &manual, &words, self.date)?;
+        let package = command::debian(&native.command, &manual, &words, self.how)?;
         made.push((format!("lumivox_{VERSION}_amd64.deb"), package));
         made.push((format!("lumivox-{VERSION}-x86_64-linux.cdx.json"), bill.into_bytes()));
         if let Some(files) = self.windows_files(Part::Command) {
             let works = graphs.windows(&roots)?;
             let (notice, bill) = (works::notice(&works), self.bill("lumivox", &roots, &works)?);
             let words = Words { notes: &notes, notice: &notice, bill: &bill };
-            let archive = command::windows(&files[0], &manual, &words, self.date)?;
+            let archive = command::windows(&files[0], &manual, &words, self.how)?;
             made.push((format!("lumivox-{VERSION}-x86_64-windows.zip"), archive));
             made.push((format!("lumivox-{VERSION}-x86_64-windows.cdx.json"), bill.into_bytes()));
+        }
+        Ok(made)
+    }
+
+    fn studio(&self, native: &Native, graphs: &Graphs) -> Result<Made, String> {
+        let (_, notes) = command::notes(&self.root)?;
+        let own = own_licenses(&self.root)?;
+        let mut made = vec![];
+        let works = graphs.linux(&STUDIO)?;
+        let (notice, bill) = (works::notice(&works), self.bill("lumivox-studio", &STUDIO, &works)?);
+        let words = Words { notes: &notes, notice: &notice, bill: &bill };
+        let name = format!("lumivox-studio-{VERSION}-x86_64");
+        let archive = studio::linux(&native.studio, &self.root, &own, &words, self.how)?;
+        made.push((format!("{name}-linux.tar.xz"), archive));
+        let package = studio::debian(&native.studio, &self.root, &own, &words, self.how)?;
+        made.push((format!("lumivox-studio_{VERSION}_amd64.deb"), package));
+        made.push((format!("{name}-linux.cdx.json"), bill.into_bytes()));
+        if let Some(files) = self.windows_files(Part::Studio) {
+            let works = graphs.windows(&STUDIO)?;
+            let (notice, bill) = (works::notice(&works), self.bill("lumivox-studio", &STUDIO, &works)?);
+            let words = Words { notes: &notes, notice: &notice, bill: &bill };
+            let archive = studio::windows(&files[0], &own, &words, self.how)?;
+            made.push((format!("{name}-windows.zip"), archive));
+            made.push((format!("{name}-windows.cdx.json"), bill.into_bytes()));
         }
         Ok(made)
     }
@@ -234,8 +277,8 @@ impl Maker {
         let demo = godot::demo(&self.root, &addon)?;
         let bill = self.bill("lumivox-godot", &roots, &works)?;
         Ok(vec![
-            (format!("lumivox-godot-{VERSION}.zip"), addon.zip(self.date)?),
-            (format!("lumivox-godot-demo-{VERSION}.zip"), demo.zip(self.date)?),
+            (format!("lumivox-godot-{VERSION}.zip"), addon.zip(self.how.date)?),
+            (format!("lumivox-godot-demo-{VERSION}.zip"), demo.zip(self.how.date)?),
             (format!("lumivox-godot-{VERSION}.cdx.json"), bill.into_bytes()),
         ])
     }
@@ -252,7 +295,7 @@ impl Maker {
         let own = [native.unity.clone(), native.codecs.clone()];
         let content = unity::Content { own: &own, others: &others, notice: &works::notice(&works) };
         let staging = self.staging.join("unity");
-        let archive = unity::pack(&self.root, &staging, &content, options.branch, self.date)?;
+        let archive = unity::pack(&self.root, &staging, &content, options.branch, self.how.date)?;
         let bill = self.bill("com.lumivox", &roots, &works)?;
         Ok(vec![
             (format!("com.lumivox-{VERSION}.tgz"), archive),
@@ -316,7 +359,7 @@ impl Maker {
             files.add_copy(format!("lumivox-studio/{name}"), &self.root.join(name))?;
         }
         let made = [
-            (format!("lumivox-studio-web-{VERSION}.zip"), files.zip(self.date)?),
+            (format!("lumivox-studio-web-{VERSION}.zip"), files.zip(self.how.date)?),
             (
                 format!("lumivox-studio-web-{VERSION}.cdx.json"),
                 self.bill("lumivox-studio", &roots, &works)?.into_bytes(),
@@ -329,7 +372,7 @@ impl Maker {
     }
 
     fn bill(&self, name: &str, roots: &[&str], works: &[Work]) -> Result<String, String> {
-        sbom::write(name, VERSION, roots, works, self.date)
+        sbom::write(name, VERSION, roots, works, self.how.date)
     }
 }
 

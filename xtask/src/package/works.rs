@@ -16,6 +16,7 @@ use super::archive;
 const APACHE: &str = include_str!("../../../LICENSE-APACHE");
 const CC0: &str = include_str!("../../licences/CC0-1.0.txt");
 const MPL: &str = include_str!("../../licences/MPL-2.0.txt");
+const BSL: &str = include_str!("../../licences/BSL-1.0.txt");
 const BSD_3: &str = include_str!("../../licences/BSD-3-Clause.txt");
 const MIT: &str = include_str!("../../../LICENSE-MIT");
 const MINGW: &str = include_str!("../../licences/mingw-w64.txt");
@@ -275,6 +276,7 @@ fn standard(license: &str, authors: &[String]) -> Option<String> {
     let holders = (!authors.is_empty()).then(|| authors.join(", "));
     license.split(" OR ").find_map(|one| match one.trim() {
         "Apache-2.0" => Some(APACHE.trim().to_owned()),
+        "BSL-1.0" => Some(BSL.trim().to_owned()),
         "CC0-1.0" => Some(CC0.trim().to_owned()),
         "MPL-2.0" => Some(MPL.trim().to_owned()),
         "BSD-3-Clause" => Some(format!("Copyright (c) {}\n\n{}", holders.as_ref()?, BSD_3.trim())),
@@ -362,6 +364,7 @@ mod tests {
     fn the_text_of_a_licence_is_found_or_not_made_up() {
         let nobody = &[][..];
         assert!(standard("Zlib OR Apache-2.0", nobody).unwrap().contains("Apache License"));
+        assert!(standard("BSL-1.0", nobody).unwrap().contains("Boost Software License"));
         assert!(standard("CC0-1.0", nobody).unwrap().contains("CC0 1.0 Universal"));
         assert!(standard("MPL-2.0", nobody).unwrap().contains("Mozilla Public License"));
         // Whose rights those are, nobody says.
