@@ -88,7 +88,7 @@ words! {
     EnvironmentStudio: "Studio light" / "Studiolicht";
     EnvironmentEven: "Even" / "Gleichmäßig";
     EnvironmentSky: "Sky" / "Himmel";
-    EnvironmentFile: "Panorama…" / "Panorama…";
+    EnvironmentFile: "Panorama…" / "Panoramabild…";
     EnvironmentFileHint: "Light of a place: a panorama as .hdr or .exr" / "Licht eines Ortes: ein Panorama als .hdr oder .exr";
     EnvironmentStrength: "Light around" / "Umgebungslicht";
     EnvironmentRotation: "Turn light" / "Licht drehen";
