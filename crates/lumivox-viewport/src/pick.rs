@@ -9,6 +9,9 @@ use lumivox_core::{Camera, ExtinctionSpace, Ray, Scene, VolumeInstance};
 /// Less than that share of the light ends in what is not seen.
 const SEEN: f64 = 0.05;
 
+/// Behind so many mean free paths nothing ends that counts: one part in a hundred million.
+const OPAQUE: f64 = 18.5;
+
 /// Steps along a ray, in the smallest edges of voxels.
 const STEP: f64 = 0.5;
 
@@ -72,11 +75,17 @@ pub fn pick(scene: &Scene, camera: &Camera, uv: [f64; 2]) -> Option<Picked> {
     let step = (STEP * edge).max((end - begin) / MOST_STEPS);
     let steps = ((end - begin) / step).ceil().max(1.0);
     let step = (end - begin) / steps;
-    let depths: Vec<f64> = (0..steps as usize)
-        .map(|i| begin + (i as f64 + 0.5) * step)
-        .map(|t| crossed.iter().filter(|it| it.covers(t)).map(|it| it.per_metre(t)).sum::<f64>() * step)
-        .collect();
-    let ended = 1.0 - (-depths.iter().sum::<f64>()).exp();
+    let (mut depths, mut all) = (vec![], 0.0);
+    for i in 0..steps as usize {
+        let t = begin + (i as f64 + 0.5) * step;
+        let own = crossed.iter().filter(|it| it.covers(t)).map(|it| it.per_metre(t)).sum::<f64>() * step;
+        depths.push(own);
+        all += own;
+        if all > OPAQUE {
+            break;
+        }
+    }
+    let ended = 1.0 - (-all).exp();
     if ended < SEEN {
         return None;
     }
