@@ -140,18 +140,22 @@ pub fn show(ui: &Ui, rect: Rect, state: &mut State) {
     for place in places(&points, columns, ROW) {
         let (own, point) = (found[place.point], points[place.point]);
         let text = fitting(&painter, &own.name, columns[0].width());
-        let (edge, x) = if place.is_left {
-            (columns[0].left() + text.size().x + 5.0, columns[0].left())
+        // Level to the column's edge, and from there to the point.
+        let (from, bend, x) = if place.is_left {
+            let from = columns[0].left() + text.size().x + 5.0;
+            (from, (point.at.x - 8.0).min(columns[0].right()).max(from), columns[0].left())
         } else {
-            (columns[1].right() - text.size().x - 5.0, columns[1].right() - text.size().x)
+            let from = columns[1].right() - text.size().x - 5.0;
+            (from, (point.at.x + 8.0).max(columns[1].left()).min(from), columns[1].right() - text.size().x)
         };
+        let line = [pos2(from, place.y), pos2(bend, place.y), point.at];
         let box_of = Rect::from_min_size(pos2(x, place.y - 0.5 * text.size().y), text.size());
         let response = ui.interact(box_of.expand(2.0), Id::new(("name", own.value)), Sense::click());
         response.widget_info(|| egui::WidgetInfo::labeled(egui::WidgetType::Link, true, &own.name));
         if response.clicked() {
             chosen = Some(own.patient_mm);
         }
-        marks::line(&painter, vec![pos2(edge, place.y), point.at], own.color.gamma_multiply(0.9));
+        marks::line(&painter, line.into(), own.color.gamma_multiply(0.9));
         marks::point(&painter, point.at, own.color);
         painter.galley(box_of.min + vec2(1.0, 1.0), text.clone(), Color32::PLACEHOLDER);
         let color = if response.hovered() || response.has_focus() { own.color } else { ON_VIEW };

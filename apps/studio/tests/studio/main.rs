@@ -6,6 +6,7 @@ mod arrivals;
 mod cuts;
 mod first_start;
 mod keeping;
+mod leaders;
 mod looks;
 mod measure;
 mod opening;
