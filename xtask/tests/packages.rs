@@ -333,7 +333,7 @@ fn debian_packages_are_installed_by_dpkg() {
     }
 }
 
-/// How many colours a screen of Xvfb's has, which it keeps in a file (X Window Dump, version 7): 100 numbers of 32 bits, the first is
+/// How many colours a screen of Xvfb's has, none where most of it is black as without a window. It keeps it in a file (X Window Dump, version 7): 100 numbers of 32 bits, the first is
 /// the header's length, the 20th the colours of a palette of 12 bytes each, then pixels.
 fn colors(screen: &Path) -> usize {
     let bytes = fs::read(screen).unwrap_or_default();
@@ -342,7 +342,9 @@ fn colors(screen: &Path) -> usize {
         own.map_or(0, |own| u32::from_be_bytes(own.try_into().unwrap()) as usize)
     };
     let pixels = bytes.get(number(0) + 12 * number(19)..).unwrap_or_default();
-    pixels.chunks_exact(4).map(|pixel| [pixel[0], pixel[1], pixel[2]]).collect::<BTreeSet<_>>().len()
+    let pixels: Vec<[u8; 3]> = pixels.chunks_exact(4).map(|pixel| [pixel[0], pixel[1], pixel[2]]).collect();
+    let is_filled = 2 * pixels.iter().filter(|pixel| **pixel == [0; 3]).count() < pixels.len();
+    if is_filled { pixels.into_iter().collect::<BTreeSet<_>>().len() } else { 0 }
 }
 
 #[test]

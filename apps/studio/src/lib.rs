@@ -46,6 +46,10 @@ pub fn gpu_options() -> egui_wgpu::WgpuConfiguration {
     let mut setup = egui_wgpu::WgpuSetupCreateNew::without_display_handle();
     setup.instance_descriptor.backends = wgpu::Backends::PRIMARY;
     setup.power_preference = wgpu::PowerPreference::HighPerformance;
+    #[cfg(not(target_family = "wasm"))]
+    {
+        setup.native_adapter_selector = Some(Arc::new(native::choose_adapter));
+    }
     setup.device_descriptor = Arc::new(|adapter| wgpu::DeviceDescriptor {
         label: Some("lumivox-studio"),
         required_features: adapter.features() & lumivox_wgpu::WANTED_FEATURES,

@@ -5,7 +5,9 @@ use std::path::PathBuf;
 use std::process::ExitCode;
 
 use eframe::egui::{IconData, Vec2, ViewportBuilder, vec2};
+use eframe::wgpu;
 use lumivox_import::CodecWorker;
+use lumivox_wgpu::Gpu;
 use rfd::{AsyncFileDialog, FileHandle};
 
 use crate::app::{App, Choice, Chooser, Launch};
@@ -82,6 +84,26 @@ pub fn main() -> ExitCode {
             ExitCode::FAILURE
         }
     }
+}
+
+/// Of the devices that show the window the one that the command would take, which was tried where there are several.
+///
+/// # Errors
+/// Where none shows it.
+pub fn choose_adapter(
+    adapters: &[wgpu::Adapter],
+    window: Option<&wgpu::Surface<'_>>,
+) -> Result<wgpu::Adapter, String> {
+    let shows = |adapter: &&wgpu::Adapter| window.is_none_or(|window| adapter.is_surface_supported(window));
+    let mut able: Vec<&wgpu::Adapter> = adapters.iter().filter(shows).collect();
+    if able.len() > 1
+        && let Ok(gpu) = Gpu::open(None)
+    {
+        let (name, backend) = (gpu.description.name, gpu.description.backend);
+        let is_best = |info: wgpu::AdapterInfo| info.name == name && format!("{:?}", info.backend) == backend;
+        able.sort_by_key(|adapter| !is_best(adapter.get_info()));
+    }
+    able.first().map(|adapter| (*adapter).clone()).ok_or_else(|| "no driver shows windows here".to_owned())
 }
 
 /// The window's icon, as `web/icon.svg` draws it: a cube's edges on a plate.
