@@ -333,8 +333,9 @@ fn debian_packages_are_installed_by_dpkg() {
     }
 }
 
-/// How many colours a screen of Xvfb's has, none where most of it is black as without a window. It keeps it in a file (X Window Dump, version 7): 100 numbers of 32 bits, the first is
-/// the header's length, the 20th the colours of a palette of 12 bytes each, then pixels.
+/// How many colours a screen of Xvfb's has, none where most of it is black as without a window. It keeps it in a file (X Window Dump,
+/// version 7): 100 numbers of 32 bits, the first is the header's length, the 20th the colours of a palette of 12 bytes each, then
+/// pixels.
 fn colors(screen: &Path) -> usize {
     let bytes = fs::read(screen).unwrap_or_default();
     let number = |place: usize| {
