@@ -84,7 +84,6 @@ const DEBIAN: About = About {
     name: "lumivox",
     depends: "",
     recommends: "libvulkan1, mesa-vulkan-drivers | vulkan-icd",
-    section: "science",
     description: "photorealistic pictures of CT and MR scans
  Reads DICOM, NIfTI, NRRD, MetaImage and more, and traces light through what
  they show. Needs a Vulkan driver to make pictures: a graphics card's, or

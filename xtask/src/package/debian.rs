@@ -10,7 +10,6 @@ pub struct About {
     /// Packages that it cannot do without, besides the C library.
     pub depends: &'static str,
     pub recommends: &'static str,
-    pub section: &'static str,
     /// A line, and the text below it as control files have it.
     pub description: &'static str,
 }
@@ -49,7 +48,7 @@ pub fn pack(
 impl About {
     /// Of a package that takes `size` KiB.
     fn control(&self, size: usize) -> String {
-        let Self { name, depends, recommends, section, description } = self;
+        let Self { name, depends, recommends, description } = self;
         filled(&format!(
             "Package: {name}
 Version: VERSION
@@ -58,7 +57,7 @@ Maintainer: The Lumivox contributors
 Installed-Size: {size}
 Depends: libc6 (>= 2.28){depends}
 Recommends: {recommends}
-Section: {section}
+Section: science
 Priority: optional
 Homepage: https://github.com/lumivox/lumivox
 Description: {description}

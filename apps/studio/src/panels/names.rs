@@ -1,12 +1,13 @@
 //! Names of structures beside the 3D picture, with lines to where they are seen.
 
+use std::collections::BTreeMap;
+use std::sync::Arc;
+
 use eframe::egui::{self, Color32, FontId, Galley, Id, Painter, Rect, Sense, Ui, pos2, vec2};
 use lumivox_core::glam::DVec3;
 use lumivox_core::{PerspectiveCamera, UNLABELLED};
 use lumivox_viewport::pick;
 use rayon::prelude::*;
-use std::collections::BTreeMap;
-use std::sync::Arc;
 
 use super::cube;
 use super::marks;

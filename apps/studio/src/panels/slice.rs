@@ -152,10 +152,11 @@ fn drag(ui: &Ui, response: &Response, place: &Place, scan: &Volume, plane: Plane
     let profile = state.settings.mouse.profile();
     let measures = matches!(state.tool, Tool::Measure(_));
     let by = response.drag_delta();
-    if let Some((touch, moved)) = fingers(ui, place.rect, state) {
+    // Of the window's points.
+    let in_mm = |by: Vec2| DVec2::new(by.x.into(), by.y.into()) * place.scale * place.geometry.mm_per_pixel;
+    if let Some(touch) = fingers(ui, place.rect, state) {
         let own = &mut state.slices[plane.index()];
-        let mm = f64::from(place.rect.height()) * place.scale * place.geometry.mm_per_pixel;
-        own.moved += DVec2::new(moved.x.into(), moved.y.into()) * mm;
+        own.moved += in_mm(touch.translation_delta);
         return zoom(own, f64::from(touch.zoom_delta.max(1e-3)).ln());
     }
     // A finger has no wheel, and no second button.
@@ -175,7 +176,7 @@ fn drag(ui: &Ui, response: &Response, place: &Place, scan: &Volume, plane: Plane
         match gesture {
             Some(SliceGesture::Window) => drag_window(&mut state.window, by, place.rect),
             Some(SliceGesture::Pan) => {
-                own.moved += DVec2::new(by.x.into(), by.y.into()) * place.scale * place.geometry.mm_per_pixel;
+                own.moved += in_mm(by);
             }
             Some(SliceGesture::Zoom) => zoom(own, 3.0 * f64::from(by.y / place.rect.height())),
             Some(SliceGesture::Cross) => {

@@ -100,7 +100,8 @@ fn turn(ui: &Ui, response: &Response, rect: Rect, state: &mut State) {
     let mut orbit = session.orbit();
     let before = orbit;
     let profile = state.settings.mouse.profile();
-    if let Some((touch, by)) = fingers(ui, rect, state) {
+    if let Some(touch) = fingers(ui, rect, state) {
+        let by = touch.translation_delta / rect.height();
         let moved = [by.x, by.y].map(f64::from);
         Gesture::fingers(&mut orbit, moved, touch.zoom_delta.into(), touch.rotation_delta.into());
         if orbit != before {

@@ -1,7 +1,7 @@
 //! The views, linked by one point: how they share the room, and what keys and wheel do to them.
 
 use eframe::egui::{
-    self, CornerRadius, PointerButton, Rect, Response, Sense, Stroke, StrokeKind, Ui, Vec2, pos2, vec2,
+    self, CornerRadius, PointerButton, Rect, Response, Sense, Stroke, StrokeKind, Ui, pos2, vec2,
 };
 use lumivox_core::glam::DVec2;
 use lumivox_viewport::{Button, Gesture, Held};
@@ -97,11 +97,10 @@ pub fn held(ui: &Ui) -> Held {
     ui.input(|input| Held { shift: input.modifiers.shift, command: input.modifiers.command })
 }
 
-/// What two fingers do that began on a view, and how many heights of it they moved.
-pub fn fingers(ui: &Ui, rect: Rect, state: &State) -> Option<(egui::MultiTouchInfo, Vec2)> {
-    let touch = ui.input(|input| input.multi_touch())?;
-    let is_own = rect.contains(touch.start_pos) && state.dialog.is_none();
-    is_own.then(|| (touch, touch.translation_delta / rect.height()))
+/// What two fingers do that began on a view.
+pub fn fingers(ui: &Ui, rect: Rect, state: &State) -> Option<egui::MultiTouchInfo> {
+    let touch = ui.input(|input| input.multi_touch());
+    touch.filter(|touch| rect.contains(touch.start_pos) && state.dialog.is_none())
 }
 
 /// Notches of the wheel over a view, away from the hand.
