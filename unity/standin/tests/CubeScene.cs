@@ -52,16 +52,11 @@ namespace Lumivox.Tests
             Engine.Clear();
         }
 
-        protected void Settle(int most = 200)
+        protected void Settle()
         {
-            for (var i = 0; i < most; i++)
-            {
-                Engine.Frame();
-                Ticker.Tick();
-                if (i > 2 && LumivoxRenderer.IsConverged(camera)) return;
-            }
+            if (Waiting.Frames(() => LumivoxRenderer.IsConverged(camera))) return;
             var status = LumivoxRenderer.GetStatus(camera);
-            Assert.Fail($"after {most} frames: {status.samples} of {status.target} samples, shown: {status.isShown}, error: '{LumivoxRenderer.LastError}'");
+            Assert.Fail($"{status.samples} of {status.target} samples, shown: {status.isShown}, error: '{LumivoxRenderer.LastError}'");
         }
 
         protected static Color At(Picture picture, float u, float v) => picture.At((int)(u * picture.width), (int)(v * picture.height));

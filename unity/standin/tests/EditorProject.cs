@@ -30,14 +30,13 @@ namespace Lumivox.Tests
         /// Lets turns of the editor pass until something is so.
         public static void Until(Func<bool> isSo, string what, Panel panel = null)
         {
-            for (var i = 0; i < 6000; i++)
+            void Turn()
             {
                 EditorHost.Frame();
                 panel?.Advance(20);
-                if (isSo()) return;
-                Thread.Sleep(5);
             }
-            Assert.Fail($"half a minute went by: {what}");
+            Turn();
+            Assert.IsTrue(Waiting.Turns(isSo, Turn), $"two minutes went by: {what}");
         }
 
         /// A scan of 12 x 10 x 8 voxels, whose values are 0 to 959, with 2 mm between slices.

@@ -236,12 +236,7 @@ namespace Lumivox.Tests
 
         internal static void Wait(System.Func<bool> isSo)
         {
-            for (var i = 0; i < 24000 && !isSo(); i++)
-            {
-                Ticker.Tick();
-                System.Threading.Thread.Sleep(5);
-            }
-            Assert.IsTrue(isSo());
+            Assert.IsTrue(Waiting.Turns(isSo, Ticker.Tick));
         }
     }
 }

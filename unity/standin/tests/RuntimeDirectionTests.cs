@@ -53,13 +53,7 @@ namespace Lumivox.Tests
 
         void Settle()
         {
-            for (var i = 0; i < 200; i++)
-            {
-                Engine.Frame();
-                Ticker.Tick();
-                if (i > 2 && LumivoxRenderer.IsConverged(camera)) return;
-            }
-            Assert.Fail($"after 200 frames it is not done; error: '{LumivoxRenderer.LastError}'");
+            Assert.IsTrue(Waiting.Frames(() => LumivoxRenderer.IsConverged(camera)), $"it is not done; error: '{LumivoxRenderer.LastError}'");
         }
 
         static float Light(Color color) => (color.r + color.g + color.b) / 3f;

@@ -30,12 +30,7 @@ namespace Lumivox.Tests
                 LumivoxRenderer.FindLights();
                 Settle();
                 // What comes back late: exposure, and maps of skies.
-                for (var i = 0; i < 300 && (i < 8 || !LumivoxRenderer.IsConverged(camera)); i++)
-                {
-                    Engine.Frame();
-                    Ticker.Tick();
-                    System.Threading.Thread.Sleep(1);
-                }
+                Waiting.Frames(() => LumivoxRenderer.IsConverged(camera), least: 9);
                 var picture = Pictures.Color(camera);
                 foreach (var light in UnityEngine.Object.FindObjectsByType<Light>(FindObjectsSortMode.None)) UnityEngine.Object.DestroyImmediate(light.gameObject);
                 LumivoxRuntime.Stop();
@@ -313,12 +308,7 @@ namespace Lumivox.Tests
                 StandInHighDefinition.stack = of => of == other ? blue : red;
                 void Rest()
                 {
-                    for (var i = 0; i < 100 && (i < 12 || !LumivoxRenderer.IsConverged(camera) || !LumivoxRenderer.IsConverged(other)); i++)
-                    {
-                        Engine.Frame();
-                        Ticker.Tick();
-                    }
-                    Assert.IsTrue(LumivoxRenderer.IsConverged(camera) && LumivoxRenderer.IsConverged(other), "they rest");
+                    Assert.IsTrue(Waiting.Frames(() => LumivoxRenderer.IsConverged(camera) && LumivoxRenderer.IsConverged(other), least: 13), "they rest");
                 }
                 void Shows(Camera of, int channel, string when)
                 {
@@ -357,11 +347,7 @@ namespace Lumivox.Tests
                 other.targetTexture = target;
                 other.depth = 1f;
                 StandInHighDefinition.exposure = of => (of == other ? 4f : 1f) / 30000f;
-                for (var i = 0; i < 100 && (i < 12 || !LumivoxRenderer.IsConverged(camera) || !LumivoxRenderer.IsConverged(other)); i++)
-                {
-                    Engine.Frame();
-                    Ticker.Tick();
-                }
+                Assert.IsTrue(Waiting.Frames(() => LumivoxRenderer.IsConverged(camera) && LumivoxRenderer.IsConverged(other), least: 13), "they rest");
                 float one = Mean(Pictures.Color(camera)), four = Mean(Pictures.Color(other));
                 Assert.IsTrue(one > 0.01f);
                 Assert.AreEqual(4f * one, four, 0.02f * four);

@@ -26,11 +26,7 @@ namespace Lumivox.Tests
         /// Until there is something to see: the scan is prepared by another thread.
         void Arrive()
         {
-            for (var i = 0; i < 1000 && LumivoxRenderer.GetStatus(camera).pixelSamples == 0; i++)
-            {
-                Look(0);
-                System.Threading.Thread.Sleep(1);
-            }
+            Waiting.Turns(() => LumivoxRenderer.GetStatus(camera).pixelSamples > 0, () => Look(0));
         }
 
         /// What is seen in the last of the frames.
@@ -61,7 +57,7 @@ namespace Lumivox.Tests
             var plain = Moved();
             Assert.AreEqual(0, LumivoxRenderer.KeptLightBytes);
             (Effect.targetSamples, Effect.frameBudgetMs) = (512, 1000f);
-            Settle(2000);
+            Settle();
             var converged = Pictures.Color(camera);
             double ofKept = Error(kept, converged), ofPlain = Error(plain, converged);
             Assert.IsTrue(ofKept < 0.7 * ofPlain, $"{ofKept} with kept light, {ofPlain} without");

@@ -161,7 +161,7 @@ namespace Lumivox.Tests
             // It may be shown again at once.
             Assert.IsTrue(LumivoxRenderer.VoxelBytes > 0);
             var watch = System.Diagnostics.Stopwatch.StartNew();
-            while (LumivoxRenderer.VoxelBytes > 0 && watch.Elapsed.TotalSeconds < 20)
+            while (LumivoxRenderer.VoxelBytes > 0 && watch.Elapsed.TotalSeconds < 120)
             {
                 Engine.Frame();
                 Ticker.Tick();

@@ -357,7 +357,7 @@ namespace Lumivox.Tests
             volume.peelMm = 5f;
             Engine.Frame();
             // The library knows, on another thread; its end has not been told.
-            for (var i = 0; i < 2000 && Library.lumivox_volume_skin(scan.Handle.Pointer) == 0; i++) System.Threading.Thread.Sleep(5);
+            Waiting.Turns(() => Library.lumivox_volume_skin(scan.Handle.Pointer) != 0, () => { });
             Assert.AreEqual(1, Jobs.Count);
             Assert.AreEqual(0, volume.GetWarnings().Count);
             Assert.IsTrue(Seen().right > Bright);

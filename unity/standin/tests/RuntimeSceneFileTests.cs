@@ -130,11 +130,7 @@ namespace Lumivox.Tests
                 volume.volume = loading.Result;
                 volume.ApplyPreset("ct-bone");
                 volume.maxBounces = 4;
-                for (var i = 0; i < 600 && !(i > 2 && LumivoxRuntime.StatusOf(camera).isConverged); i++)
-                {
-                    Engine.Frame();
-                    Ticker.Tick();
-                }
+                Waiting.Frames(() => LumivoxRuntime.StatusOf(camera).isConverged);
                 LumivoxScene.Save(camera, files.At("view.lumivox"));
                 var rendered = files.Render("view.lumivox", out var width);
                 Assert.AreEqual(side, width);

@@ -50,12 +50,7 @@ namespace Lumivox.Tests
 
         void SettleBoth()
         {
-            for (var i = 0; i < 300; i++)
-            {
-                Engine.Frame();
-                Ticker.Tick();
-                if (i > 2 && LumivoxRenderer.IsConverged(camera) && LumivoxRenderer.IsConverged(second)) return;
-            }
+            if (Waiting.Frames(() => LumivoxRenderer.IsConverged(camera) && LumivoxRenderer.IsConverged(second))) return;
             Assert.Fail($"{LumivoxRenderer.GetStatus(camera).isConverged} and {LumivoxRenderer.GetStatus(second).isConverged}, {Baked} baked, error: '{LumivoxRenderer.LastError}'");
         }
 
@@ -96,12 +91,7 @@ namespace Lumivox.Tests
             BeginWorlds();
             SettleBoth();
             RenderSettings.skybox = blue;
-            for (var i = 0; i < 300 && Middle(camera).r > Middle(camera).b; i++)
-            {
-                Engine.Frame();
-                Ticker.Tick();
-                Assert.IsTrue(Light(Middle(camera)) > 0.02f, $"frame {i}: {Middle(camera)}");
-            }
+            Waiting.Frames(() => Middle(camera).r <= Middle(camera).b, () => Assert.IsTrue(Light(Middle(camera)) > 0.02f, $"{Middle(camera)}"));
             SettleBoth();
             Assert.IsTrue(Middle(camera).b > 3f * Middle(camera).r, $"{Middle(camera)}");
             Assert.AreEqual(1, Baked);

@@ -69,13 +69,8 @@ namespace Lumivox.Tests
 
         static Picture Settled()
         {
-            for (var i = 0; i < 3000; i++)
-            {
-                Engine.Frame();
-                EditorHost.Frame();
-                if (i > 2 && LumivoxVolume.All.Count > 0 && LumivoxRenderer.IsConverged(Camera.main) && LumivoxVolume.All.All(volume => volume.volume.state == LumivoxVolumeState.Ready)) return Pictures.Color(Camera.main);
-                if (LumivoxVolume.All.All(volume => volume.volume.state == LumivoxVolumeState.Loading)) System.Threading.Thread.Sleep(5);
-            }
+            bool IsThere() => LumivoxVolume.All.Count > 0 && LumivoxRenderer.IsConverged(Camera.main) && LumivoxVolume.All.All(volume => volume.volume.state == LumivoxVolumeState.Ready);
+            if (Waiting.Frames(IsThere, EditorHost.Frame)) return Pictures.Color(Camera.main);
             var status = LumivoxRenderer.GetStatus(Camera.main);
             Assert.Fail($"{status.samples} of {status.target} samples, shown: {status.isShown}, error: '{LumivoxRenderer.LastError}'");
             return null;
@@ -291,12 +286,7 @@ namespace Lumivox.Tests
                 panel.Click(Named("Import").worldBound.center);
                 Assert.IsFalse(Named("Import").enabledSelf);
                 Assert.IsTrue(Named("Stop").enabledSelf);
-                for (var i = 0; i < 3000 && !Named("Import").enabledSelf; i++)
-                {
-                    Engine.Frame();
-                    System.Threading.Thread.Sleep(1);
-                }
-                Assert.IsTrue(Named("Import").enabledSelf, Said());
+                Assert.IsTrue(Waiting.Turns(() => Named("Import").enabledSelf, () => Engine.Frame()), Said());
             }
             var volume = LumivoxVolume.All.Single();
             Assert.IsTrue(Changed(Settled(), Empty()) > 20, "nothing is seen of the head");
