@@ -26,6 +26,8 @@ func _run() -> void:
 	_tell("listed", _listed())
 	_case = JSON.parse_string(FileAccess.get_file_as_string(_arguments["cases"]))[0]
 	await _open_scene()
+	# The editor's own viewport has many pixels, and nobody compares them.
+	_effect().resolution_scale = 0.3
 	_tell("idle", await _watch_idle_editor())
 	await _save_picture("edited")
 	_tell("undo", await _edit_and_undo())

@@ -66,6 +66,9 @@ func _effect() -> LumivoxEffect:
 
 ## What a camera sees of the scene that is edited.
 func _save_picture(name: String) -> void:
+	# At full size, as in a game.
+	var scale := _effect().resolution_scale
+	_effect().resolution_scale = 1.0
 	var viewport := SubViewport.new()
 	viewport.size = Vector2i(int(_case.size[0]), int(_case.size[1]))
 	viewport.render_target_update_mode = SubViewport.UPDATE_ALWAYS
@@ -83,6 +86,7 @@ func _save_picture(name: String) -> void:
 		push_error("%s does not converge: %s" % [name, Lumivox.get_status(viewport)])
 	LumivoxCase.save(viewport, _path(name))
 	viewport.queue_free()
+	_effect().resolution_scale = scale
 	await get_tree().process_frame
 
 
