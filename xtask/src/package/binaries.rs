@@ -51,13 +51,25 @@ pub fn check_paths(file: &Path, folders: &[&Path]) -> Result<(), String> {
         let Some(path) = folder.to_str().filter(|path| path.len() > 1) else { continue };
         // With what follows, so that `/home/a` is not found in `/home/abc`.
         let path = format!("{}/", path.trim_end_matches('/'));
-        if let Some(at) = find(&bytes, path.as_bytes()) {
+        let mut from = 0;
+        while let Some(at) = find(&bytes[from..], path.as_bytes()).map(|at| from + at) {
+            from = at + path.len();
+            if !is_there(folder, &bytes[from..]) {
+                continue;
+            }
             let end = bytes[at..].iter().position(|byte| !byte.is_ascii_graphic()).unwrap_or(0).min(200);
             let found = String::from_utf8_lossy(&bytes[at..at + end]).into_owned();
             return Err(format!("{}: it names where it was built: {found}", file.display()));
         }
     }
     Ok(())
+}
+
+/// Whether a folder has what is named. Texts of a program lie one after the other: `accessible/root` before `/org/a11y` names
+/// nothing in the home of `root`.
+fn is_there(folder: &Path, named: &[u8]) -> bool {
+    let Ok(entries) = fs::read_dir(folder) else { return true };
+    entries.flatten().any(|entry| named.starts_with(entry.file_name().as_encoded_bytes()))
 }
 
 pub fn find(bytes: &[u8], wanted: &[u8]) -> Option<usize> {
@@ -104,6 +116,15 @@ mod tests {
         let error = check_paths(&file, &[Path::new("/root"), Path::new("/home/anyone")]).unwrap_err();
         assert!(error.contains("/home/anyone/src/lib.rs"), "{error}");
         assert_eq!(check_paths(&file, &[Path::new("/home/any"), Path::new("/")]), Ok(()));
+        // Two texts, which together look like a path.
+        let home = std::env::temp_dir();
+        let path = home.to_str().unwrap();
+        let name = file.file_name().unwrap().to_str().unwrap();
+        fs::write(&file, format!("accessible{path}/no-such-file-here\0")).unwrap();
+        assert_eq!(check_paths(&file, &[&home]), Ok(()));
+        fs::write(&file, format!("accessible{path}/no-such-file-here\0{path}/{name}\0")).unwrap();
+        let error = check_paths(&file, &[&home]).unwrap_err();
+        assert!(error.contains(name), "{error}");
         fs::remove_file(&file).unwrap();
     }
 }
