@@ -48,7 +48,11 @@ impl View<'_> {
         let response = self.ui.interact(place, Id::new(("cut", id)), Sense::drag());
         let name = format!("{} {}", self.name, self.count);
         response.widget_info(|| egui::WidgetInfo::labeled(egui::WidgetType::Other, true, &name));
-        marks::handle(&self.painter, at, COLOR, response.hovered() || response.dragged());
+        let is_held = response.hovered() || response.dragged() || response.has_focus();
+        marks::handle(&self.painter, at, COLOR, is_held);
+        if let Some(by) = marks::nudged(self.ui, &response) {
+            return Some(Dragged { to: at + by, by, pointer: by });
+        }
         let taken = Id::new(("cut taken", id));
         if response.drag_started()
             && let Some(from) = self.ui.input(|input| input.pointer.press_origin())

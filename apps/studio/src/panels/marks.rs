@@ -1,7 +1,8 @@
 //! What is written and drawn over pictures: letters of the patient's sides, a scale, the other planes, the shared point.
 
 use eframe::egui::{
-    self, Align2, Color32, CornerRadius, FontId, Painter, Pos2, Rect, Stroke, Vec2, pos2, vec2,
+    self, Align2, Color32, CornerRadius, EventFilter, FontId, Key, Modifiers, Painter, Pos2, Rect, Response,
+    Stroke, Ui, Vec2, pos2, vec2,
 };
 
 use crate::slices::Plane;
@@ -121,6 +122,29 @@ pub fn handle(painter: &Painter, at: Pos2, color: Color32, is_hovered: bool) {
     if is_hovered {
         painter.circle_filled(at, 2.0, Color32::from_black_alpha(200));
     }
+}
+
+/// How far keys move a thing that has the focus: a point, or ten with Shift.
+pub fn nudged(ui: &Ui, response: &Response) -> Option<Vec2> {
+    if !response.has_focus() {
+        return None;
+    }
+    // Else arrows would take the focus elsewhere.
+    let filter = EventFilter { horizontal_arrows: true, vertical_arrows: true, ..EventFilter::default() };
+    ui.memory_mut(|memory| memory.set_focus_lock_filter(response.id, filter));
+    let ways = [
+        (Key::ArrowLeft, vec2(-1.0, 0.0)),
+        (Key::ArrowRight, vec2(1.0, 0.0)),
+        (Key::ArrowUp, vec2(0.0, -1.0)),
+        (Key::ArrowDown, vec2(0.0, 1.0)),
+    ];
+    let by = ui.input_mut(|input| {
+        ways.into_iter().fold(Vec2::ZERO, |by, (key, way)| {
+            let far = input.count_and_consume_key(Modifiers::SHIFT, key) as f32 * 10.0;
+            by + way * (far + input.count_and_consume_key(Modifiers::NONE, key) as f32)
+        })
+    });
+    (by != Vec2::ZERO).then_some(by)
 }
 
 /// How far the picture is, at the bottom of the view.

@@ -7,7 +7,7 @@ use eframe::egui::{
 use lumivox_core::document::{Measurement, MeasurementKind};
 use lumivox_core::glam::DVec3;
 
-use super::marks::{handle, line, plate};
+use super::marks::{handle, line, nudged, plate};
 use crate::measuring::{Draft, kind_word, made, moved, placed_points};
 use crate::slices::{Axes, ellipse};
 use crate::state::{Action, Ask, State, Tool, ViewId};
@@ -130,8 +130,10 @@ pub fn show(ui: &Ui, shown: &Shown<'_>, state: &State) -> Option<(usize, Measure
                 let name = format!("{} {}, {}", state.say(Word::Measurement), index + 1, place + 1);
                 egui::WidgetInfo::labeled(egui::WidgetType::Other, true, name)
             });
-            handle(&painter, at, COLOR, response.hovered() || response.dragged());
-            if let Some(to) = dragged_to(ui, &response, at).and_then(|to| shown.locate_beside(to, point)) {
+            let is_held = response.hovered() || response.dragged() || response.has_focus();
+            handle(&painter, at, COLOR, is_held);
+            let to = dragged_to(ui, &response, at).or_else(|| Some(at + nudged(ui, &response)?));
+            if let Some(to) = to.and_then(|to| shown.locate_beside(to, point)) {
                 change = Some((index, moved(measurement, place, to)));
             }
             response.on_hover_cursor(CursorIcon::Grab);

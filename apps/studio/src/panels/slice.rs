@@ -11,7 +11,7 @@ use lumivox_viewport::SliceGesture;
 
 use super::marks;
 use super::measure::{self, Gestures, Shown};
-use super::views::{BUTTONS, fingers, held, interact, notches};
+use super::views::{BUTTONS, clicked, fingers, held, interact, notches};
 use crate::slices::{self, Geometry, Plane, Projection, edge_letters, reach_mm, step_mm, value_at};
 use crate::state::{Action, Drawn, Probe, SliceView, State, Tool, ViewId};
 use crate::theme::{ON_VIEW, VIEW_GROUND};
@@ -77,7 +77,7 @@ pub fn show(ui: &mut Ui, rect: Rect, plane: Plane, state: &mut State) {
             measure::place(&gestures, view, axes, state);
         }
         _ => {
-            if let (true, Some(at)) = (response.clicked(), response.interact_pointer_pos()) {
+            if let Some(at) = clicked(ui, &response) {
                 state.act(Action::Cross(before.locate(at)));
             }
         }
@@ -243,9 +243,10 @@ fn turn_handles(ui: &Ui, place: &Place, plane: Plane, state: &mut State) {
                 format!("{} ({})", state.say(Word::ObliqueTurn), state.say(ViewId::Slice(plane).word()));
             egui::WidgetInfo::labeled(egui::WidgetType::Other, true, name)
         });
-        let is_held = response.hovered() || response.dragged();
+        let is_held = response.hovered() || response.dragged() || response.has_focus();
         marks::handle(&ui.painter_at(place.rect), at, marks::color_of(Plane::Oblique), is_held);
-        if let Some(to) = response.interact_pointer_pos().filter(|_| response.dragged()) {
+        let dragged = response.interact_pointer_pos().filter(|_| response.dragged());
+        if let Some(to) = dragged.or_else(|| Some(at + marks::nudged(ui, &response)?)) {
             let to = to - cross;
             let angle = f64::from(along.x * to.y - along.y * to.x).atan2(f64::from(along.dot(to)));
             // From the image's right towards its bottom.

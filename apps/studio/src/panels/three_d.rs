@@ -7,7 +7,7 @@ use lumivox_core::glam::{DAffine3, DVec3};
 use lumivox_viewport::{Gesture, pick};
 
 use super::measure::{self, Gestures, Shown};
-use super::views::{BUTTONS, fingers, held, interact, notches};
+use super::views::{BUTTONS, clicked, fingers, held, interact, notches};
 use super::{cube, curve, handles, marks, names};
 use crate::live::Live;
 use crate::session::Session;
@@ -87,7 +87,7 @@ fn point(ui: &Ui, response: &Response, rect: Rect, state: &mut State) {
     if let Tool::Measure(_) = state.tool {
         let gestures = Gestures::of(ui, response, false, &|at| located(session, rect, at));
         measure::place(&gestures, ViewId::ThreeD, screen_axes(session), state);
-    } else if let (true, Some(at)) = (response.clicked(), response.interact_pointer_pos())
+    } else if let Some(at) = clicked(ui, response)
         && let Some(point) = located(session, rect, at)
     {
         state.act(Action::Cross(point));

@@ -1,7 +1,7 @@
 //! The views, linked by one point: how they share the room, and what keys and wheel do to them.
 
 use eframe::egui::{
-    self, CornerRadius, PointerButton, Rect, Response, Sense, Stroke, StrokeKind, Ui, pos2, vec2,
+    self, CornerRadius, Id, PointerButton, Pos2, Rect, Response, Sense, Stroke, StrokeKind, Ui, pos2, vec2,
 };
 use lumivox_core::glam::DVec2;
 use lumivox_viewport::{Button, Gesture, Held};
@@ -40,6 +40,23 @@ pub fn show(ui: &mut Ui, state: &mut State, mut live: Option<&mut Live>) {
         }
     }
     view_keys(ui, state);
+    let (are_two, are_none) =
+        ui.input(|input| (input.multi_touch().is_some(), !input.any_touches() && !input.pointer.any_down()));
+    if are_two || are_none {
+        ui.data_mut(|data| data.insert_temp(Id::new(TWO_FINGERS), are_two));
+    }
+}
+
+const TWO_FINGERS: &str = "two fingers";
+
+/// Whether two fingers were down since there was none the last time.
+fn were_two(ui: &Ui) -> bool {
+    ui.data(|data| data.get_temp(Id::new(TWO_FINGERS))).unwrap_or(false)
+}
+
+/// Where a view was clicked. The first of two fingers clicks nothing, when it leaves.
+pub fn clicked(ui: &Ui, response: &Response) -> Option<Pos2> {
+    response.interact_pointer_pos().filter(|_| response.clicked() && !were_two(ui))
 }
 
 /// Where each view is.
@@ -84,7 +101,7 @@ pub fn interact(ui: &Ui, rect: Rect, view: ViewId, state: &mut State) -> Respons
     let response = ui.interact(rect, ui.id().with(view), Sense::click_and_drag());
     let name = state.say(view.word());
     response.widget_info(|| egui::WidgetInfo::labeled(egui::WidgetType::Image, true, name));
-    if response.double_clicked() {
+    if response.double_clicked() && !were_two(ui) {
         state.toggle_one(view);
     } else if response.clicked() || response.drag_started() {
         state.active = view;

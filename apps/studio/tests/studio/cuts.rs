@@ -67,6 +67,15 @@ fn cuts_are_dragged_in_the_picture() {
     let beside = center + egui::vec2(6.0, -5.0);
     drag(studio, PointerButton::Primary, beside, beside + egui::vec2(24.0, 8.0));
     assert!((handle(studio, 7) - center - egui::vec2(24.0, 8.0)).length() < 0.5);
+    // By keys as well, a point at a time, and ten with Shift; the view stays where it is.
+    let (from, orbit) = (handle(studio, 7), session(studio).orbit());
+    studio.get_by_label("Cut handle 7").focus();
+    studio.run_steps(2);
+    studio.key_press_modifiers(Modifiers::SHIFT, Key::ArrowRight);
+    studio.key_press(Key::ArrowUp);
+    studio.run_steps(3);
+    assert!((handle(studio, 7) - from - egui::vec2(10.0, -1.0)).length() < 0.5);
+    assert_eq!(session(studio).orbit(), orbit);
     click(studio, "Remove");
 
     // A box keeps what is within; its other face stays.

@@ -166,6 +166,19 @@ fn lengths_angles_and_regions_are_those_of_the_phantom() {
     assert!((mm - 24.0).abs() < 0.5, "{mm}");
     assert!((handle(studio) - shorter).length() < 0.5);
     undo(studio);
+    // By keys, too: the view stays where it is.
+    let (old, cross) = (handle(studio), studio.state().state.cross);
+    let all = studio.get_all_by_label("Measurement 1, 2");
+    all.into_iter().find(|node| axial.contains(node.rect().center())).unwrap().focus();
+    studio.run_steps(2);
+    studio.key_press_modifiers(Modifiers::SHIFT, Key::ArrowLeft);
+    studio.key_press(Key::ArrowDown);
+    studio.run_steps(3);
+    assert!((handle(studio) - old - egui::vec2(-10.0, 1.0)).length() < 0.5, "{:?}", handle(studio) - old);
+    assert_eq!(studio.state().state.cross, cross);
+    undo(studio);
+    undo(studio);
+    assert_eq!(session(studio).document(), &before);
     // In a slab it keeps its depth.
     let state = &mut studio.state_mut().state;
     state.slab = Slab { projection: Projection::Mean, thickness_mm: 20.0 };

@@ -289,5 +289,14 @@ fn fingers_turn_move_and_zoom(studio: &mut Studio) {
     let (zoom, moved) = slice(studio);
     assert!((zoom - 2.0).abs() < 0.05 && moved.x > 0.0 && moved.y.abs() < 1e-6, "{zoom} {moved}");
     assert_eq!(studio.state().state.window, window);
+    // Two that only touch place nothing, and one does.
+    let (cross, layout) = (studio.state().state.cross, studio.state().state.layout);
+    for _ in 0..2 {
+        let touch = pair(30.0, 12.0);
+        fingers(studio, &[&touch, &touch]);
+    }
+    assert_eq!((studio.state().state.cross, studio.state().state.layout), (cross, layout));
+    fingers(studio, &[&[at + vec2(20.0, 5.0)]]);
+    assert_ne!(studio.state().state.cross, cross);
     settle(studio);
 }
