@@ -12,6 +12,7 @@ use eframe::egui::{self, Frame, Margin, Panel, ViewportCommand};
 use lumivox_core::Preset;
 use lumivox_core::document::View;
 
+use crate::archive::Archive;
 use crate::darkroom::{Darkroom, Exported, Tile};
 use crate::errands;
 use crate::jobs::{Job, Wake};
@@ -57,6 +58,7 @@ pub struct App {
     live: Option<Live>,
     drawer: Box<dyn Drawer>,
     chooser: Box<dyn Chooser>,
+    archive: Archive,
     darkroom: Darkroom,
     /// Of this scan; not again where a look has none.
     were_tiles_made: bool,
@@ -100,6 +102,7 @@ impl App {
         theme::choose(&egui, settings.is_dark);
         let wake: Wake = Arc::new(move || egui.request_repaint());
         let mut app = Self {
+            archive: Archive::new(launch.drawer.archive_folder(), &settings),
             state: State::new(settings),
             live: context.wgpu_render_state.as_ref().map(Live::new),
             drawer: launch.drawer,
@@ -139,7 +142,7 @@ impl App {
 
     /// Whether nothing is done beside the interface but tiles, and the scan is seen.
     pub fn is_quiet(&self) -> bool {
-        let jobs = self.opening.is_some() || self.showing.is_some();
+        let jobs = self.opening.is_some() || self.showing.is_some() || self.archive.busy().is_some();
         let is_seen = self.state.session.is_none() || self.state.progress.is_shown;
         !jobs && self.exporting.is_none() && self.asking.is_none() && is_seen
     }
@@ -275,6 +278,8 @@ impl App {
                     self.state.dialog = Some(Dialog::Export(draft));
                 }
             }
+            Action::ArchiveDialog => self.state.dialog = Some(Dialog::Archive),
+            Action::Fetch(request) => self.archive.fetch(*request, &self.wake),
             Action::Agree => {
                 let settings = Settings { has_agreed: true, ..self.state.settings.clone() };
                 self.keep(settings);
@@ -301,6 +306,7 @@ impl App {
                 // What was shown before stays.
                 self.end_opening();
                 self.exporting = None;
+                self.archive.give_up();
                 if let (Some(_), Some(session)) = (self.showing.take(), &mut self.state.session) {
                     session.give_up();
                 }
@@ -396,6 +402,7 @@ impl eframe::App for App {
             }
         });
         dialogs::show(&context, &mut self.state);
+        self.archive.show(&context, &mut self.state, &self.wake);
         for action in std::mem::take(&mut self.state.actions) {
             self.act(&context, action);
         }

@@ -6,6 +6,8 @@
 //! are the host's: `native` or `web`.
 
 pub mod app;
+#[cfg_attr(target_family = "wasm", path = "web/archive.rs")]
+pub mod archive;
 pub mod arrivals;
 pub mod darkroom;
 #[cfg_attr(target_family = "wasm", path = "web/errands.rs")]

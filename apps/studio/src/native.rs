@@ -211,6 +211,19 @@ impl SettingsFile {
 }
 
 impl Drawer for SettingsFile {
+    fn archive_folder(&self) -> Option<PathBuf> {
+        let of = |name: &str| std::env::var_os(name).filter(|value| !value.is_empty()).map(PathBuf::from);
+        // Images are no settings, which move with a person from machine to machine.
+        let folder = if cfg!(windows) {
+            of("LOCALAPPDATA")
+        } else if cfg!(target_os = "macos") {
+            of("HOME").map(|home| home.join("Library/Application Support"))
+        } else {
+            of("XDG_DATA_HOME").or_else(|| of("HOME").map(|home| home.join(".local/share")))
+        };
+        folder.map(|folder| folder.join("lumivox").join("archive"))
+    }
+
     fn rescue_folder(&self) -> Option<PathBuf> {
         Some(Self::path()?.with_file_name("unsaved"))
     }

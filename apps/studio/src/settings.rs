@@ -21,6 +21,10 @@ pub struct Settings {
     pub mouse: Mouse,
     /// Whether structures have their names beside the 3D picture.
     pub shows_names: bool,
+    /// The address of the archive that was asked last; empty before that.
+    pub archive: String,
+    /// Who asked it: a name without its password.
+    pub archive_name: String,
 }
 
 /// Whose mouse a person is used to.
@@ -55,6 +59,8 @@ impl Default for Settings {
             has_agreed: false,
             mouse: Mouse::Ohif,
             shows_names: true,
+            archive: String::new(),
+            archive_name: String::new(),
         }
     }
 }
@@ -69,6 +75,11 @@ pub trait Drawer {
 
     /// The folder where unsaved work is kept, if it is.
     fn rescue_folder(&self) -> Option<PathBuf> {
+        None
+    }
+
+    /// The folder where images of archives are kept, if there is one.
+    fn archive_folder(&self) -> Option<PathBuf> {
         None
     }
 }

@@ -12,6 +12,7 @@ use lumivox_core::{Labelling, Orbit, Preset};
 use lumivox_import::SeriesSummary;
 use lumivox_viewport::Progress;
 
+use crate::archive::Request;
 use crate::darkroom::looks_for;
 use crate::jobs::Busy;
 use crate::measuring::{Draft, Said};
@@ -164,6 +165,10 @@ pub enum Action {
     Redo,
     /// The dialog about the program.
     About,
+    /// The dialog of archives.
+    ArchiveDialog,
+    /// A series of an archive is fetched and opened.
+    Fetch(Box<Request>),
     /// The dialog of pictures for files.
     ExportDialog,
     /// It was read that this is no medical device.
@@ -245,6 +250,8 @@ pub struct Probe {
 pub enum Dialog {
     /// What the program is, and its keys.
     About,
+    /// What an archive has.
+    Archive,
     /// A picture for a file.
     Export(ExportDraft),
     /// Another run left unsaved work: this file.

@@ -53,6 +53,8 @@ pub enum WorkStage {
     Segmenting,
     /// Writing files.
     Writing,
+    /// Fetching images from another machine.
+    Receiving,
 }
 
 impl WorkStage {
@@ -64,6 +66,7 @@ impl WorkStage {
             WorkStage::Generating => "growing the phantom",
             WorkStage::Segmenting => "finding the patient",
             WorkStage::Writing => "writing slices",
+            WorkStage::Receiving => "receiving images",
         }
     }
 }

@@ -6,7 +6,7 @@ use lumivox_core::Preset;
 use super::{App, keeping};
 use crate::darkroom::{Exported, Tile};
 use crate::errands;
-use crate::opening::Told;
+use crate::opening::{Source, Told};
 use crate::session::Session;
 use crate::state::Strip;
 use crate::words::Word;
@@ -14,6 +14,12 @@ use crate::words::Word;
 impl App {
     /// What jobs have told.
     pub(super) fn poll(&mut self, context: &egui::Context) {
+        match self.archive.poll(self.state.say(Word::Stopped)) {
+            // Meanwhile there may be work, which is asked about.
+            Some(Ok(folder)) => self.replace(Source::Files(vec![folder])),
+            Some(Err(why)) => self.state.failed = Some((Word::CannotOpen, why)),
+            None => {}
+        }
         self.poll_opening(context);
         self.poll_showing();
         if let Some(job) = &mut self.tiling {
@@ -45,6 +51,7 @@ impl App {
         let is_coming = self.state.session.as_ref().is_some_and(Session::is_coming);
         let opening = if is_coming { Word::Showing } else { Word::Reading };
         let jobs = [
+            self.archive.busy().map(|busy| (Word::Reading, busy)),
             self.opening.as_ref().map(|job| (opening, job.busy())),
             self.exporting.as_ref().map(|(_, job)| (Word::Rendering, job.busy())),
             self.showing.as_ref().map(|job| (Word::Showing, job.busy())),

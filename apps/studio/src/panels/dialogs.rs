@@ -4,6 +4,7 @@ use std::path::PathBuf;
 
 use eframe::egui::{self, Align, DragValue, Id, Key, Margin, Modal, RichText, Ui};
 
+use crate::archive;
 use crate::errands;
 use crate::settings::Mouse;
 use crate::state::{Action, Ask, Dialog, ExportDraft, State};
@@ -28,12 +29,13 @@ pub fn show(context: &egui::Context, state: &mut State) {
                 overwrite(context, state, (file, steps), &there)
             }
             Some(Dialog::Leave { opens }) => leave(context, state, opens),
-            None => {}
+            // It is drawn by who asks.
+            Some(Dialog::Archive) | None => {}
         }
     }
 }
 
-fn modal<T>(
+pub fn modal<T>(
     context: &egui::Context,
     state: &State,
     width: f32,
@@ -49,13 +51,13 @@ fn modal<T>(
     (shown.inner, leaves)
 }
 
-fn heading(ui: &mut Ui, text: &str) {
+pub fn heading(ui: &mut Ui, text: &str) {
     ui.label(RichText::new(text).heading().strong());
     ui.add_space(6.0);
 }
 
 /// Right-aligned buttons at a dialog's end.
-fn buttons<T>(ui: &mut Ui, content: impl FnOnce(&mut Ui) -> T) -> T {
+pub fn buttons<T>(ui: &mut Ui, content: impl FnOnce(&mut Ui) -> T) -> T {
     ui.add_space(14.0);
     let room = egui::vec2(ui.available_width(), 34.0);
     ui.allocate_ui_with_layout(room, egui::Layout::right_to_left(Align::Center), content).inner
@@ -91,6 +93,7 @@ fn about(context: &egui::Context, state: &mut State) {
     let p = palette(state.settings.is_dark);
     let keys = [
         ("Ctrl+O   Ctrl+Shift+O", Word::KeyOpen),
+        ("Ctrl+Shift+A", Word::KeyArchive),
         ("Ctrl+S   Ctrl+E", Word::KeySave),
         ("Ctrl+Z   Ctrl+Y", Word::KeyUndo),
         ("1 \u{2013} 5   G   M   Space", Word::KeyViews),
@@ -111,7 +114,9 @@ fn about(context: &egui::Context, state: &mut State) {
         ui.add_space(10.0);
         ui.label(RichText::new(state.say(Word::Keys)).strong());
         egui::Grid::new("keys").num_columns(2).spacing([24.0, 6.0]).show(ui, |ui| {
-            for (key, word) in keys {
+            for (key, word) in
+                keys.into_iter().filter(|(_, word)| archive::IS_THERE || *word != Word::KeyArchive)
+            {
                 ui.label(RichText::new(key).monospace().color(p.accent));
                 ui.label(state.say(word));
                 ui.end_row();

@@ -3,6 +3,7 @@
 use eframe::egui::{self, Align, Color32, CornerRadius, Frame, Margin, RichText, Stroke, Ui};
 
 use super::tools::{named, toggle_oblique};
+use crate::archive;
 use crate::settings::Mouse;
 use crate::slices::{Plane, Projection};
 use crate::state::{Action, Ask, Layout, State, Tool, ViewId};
@@ -18,6 +19,9 @@ pub fn toolbar(ui: &mut Ui, state: &mut State) {
         ui.add_space(14.0);
         button(ui, state, Word::OpenFiles, "Ctrl+O", true, Action::Ask(Ask::Files));
         button(ui, state, Word::OpenFolder, "Ctrl+Shift+O", true, Action::Ask(Ask::Folder));
+        if archive::IS_THERE {
+            button(ui, state, Word::Archive, "Ctrl+Shift+A", true, Action::ArchiveDialog);
+        }
         let file = state.session.as_ref().map(|session| session.file_name("lumivox"));
         let is_open = file.is_some();
         button(
@@ -204,6 +208,9 @@ pub fn keys(context: &egui::Context, state: &mut State) {
     // The one with more keys first: a shortcut takes those with fewer, too.
     if pressed(shift, Key::O) {
         actions.push(Action::Ask(Ask::Folder));
+    }
+    if archive::IS_THERE && pressed(shift, Key::A) {
+        actions.push(Action::ArchiveDialog);
     }
     if pressed(Modifiers::COMMAND, Key::O) {
         actions.push(Action::Ask(Ask::Files));

@@ -2,6 +2,7 @@
 
 use eframe::egui::{self, Color32, RichText, Stroke, StrokeKind, Ui, UiBuilder, vec2};
 
+use crate::archive;
 use crate::state::{Action, Ask, State};
 use crate::theme::{palette, primary};
 use crate::words::Word;
@@ -31,16 +32,23 @@ pub fn show(ui: &mut Ui, state: &mut State) {
             ui.add_space(2.0);
             ui.label(RichText::new(state.say(Word::DropFormats)).color(p.weak));
             ui.add_space(16.0);
-            let [files, folder] = [Word::OpenFiles, Word::OpenFolder].map(|word| state.say(word));
+            let [files, folder, from_archive] =
+                [Word::OpenFiles, Word::OpenFolder, Word::Archive].map(|word| state.say(word));
             ui.horizontal(|ui| {
-                // Both, in the middle.
-                let width = 2.0 * 150.0 + ui.spacing().item_spacing.x;
+                // All of them, in the middle.
+                let count = if archive::IS_THERE { 3.0 } else { 2.0 };
+                let width = count * 150.0 + (count - 1.0) * ui.spacing().item_spacing.x;
                 ui.add_space((ui.available_width() - width).max(0.0) / 2.0);
                 if ui.add(primary(&p, folder).min_size(vec2(150.0, 36.0))).clicked() {
                     state.act(Action::Ask(Ask::Folder));
                 }
                 if ui.add(egui::Button::new(files).min_size(vec2(150.0, 36.0))).clicked() {
                     state.act(Action::Ask(Ask::Files));
+                }
+                if archive::IS_THERE
+                    && ui.add(egui::Button::new(from_archive).min_size(vec2(150.0, 36.0))).clicked()
+                {
+                    state.act(Action::ArchiveDialog);
                 }
             });
             ui.add_space(14.0);

@@ -17,7 +17,7 @@ fn it_says_what_it_is_not_and_only_once() {
     click(&mut studio, "I understand");
     assert!(studio.state().state.settings.has_agreed);
     assert!(!says(&studio, "I understand") && says(&studio, "Drop a scan here"));
-    assert!(says(&studio, "Nothing leaves this computer."));
+    assert!(says(&studio, "No scan leaves this computer."));
     screenshot(&mut studio, "02-welcome");
     // About says it again, with the keys.
     studio.key_press(Key::F1);

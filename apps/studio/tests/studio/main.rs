@@ -2,6 +2,7 @@
 //!
 //! `LUMIVOX_SCREENSHOTS=FOLDER` keeps a picture of each step.
 
+mod archive;
 mod arrivals;
 mod cuts;
 mod first_start;

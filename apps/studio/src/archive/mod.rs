@@ -1,0 +1,223 @@
+//! A hospital's archive, asked by DICOMweb: which studies there are, and the images of one.
+
+mod panel;
+
+use std::fs;
+use std::io::ErrorKind;
+use std::path::PathBuf;
+
+use eframe::egui;
+use lumivox_core::Progress;
+use lumivox_dicomweb::{Error, Filter, Login, SeriesEntry, Server, Studies, StudyEntry, Uid};
+
+use crate::jobs::{Busy, Desk, Job, Wake, start};
+use crate::settings::Settings;
+use crate::state::{Dialog, State};
+use crate::words::Word;
+
+/// Whether archives are asked here.
+pub const IS_THERE: bool = true;
+
+/// A series that is to come.
+#[derive(Clone, Debug)]
+pub struct Request {
+    server: Server,
+    study: Uid,
+    series: SeriesEntry,
+    into: PathBuf,
+}
+
+fn words(error: Error) -> String {
+    error.to_string()
+}
+
+/// The dialog, and what it asked for. A password is kept as long as the program runs, and nowhere.
+pub struct Archive {
+    /// Where images that come are kept; nowhere, where the system has no place for them.
+    folder: Option<PathBuf>,
+    address: String,
+    name: String,
+    password: String,
+    filter: Filter,
+    searching: Option<Job<Result<(Server, Studies), String>>>,
+    listing: Option<Job<Result<Vec<SeriesEntry>, String>>>,
+    fetching: Option<Job<Result<PathBuf, String>>>,
+    /// What the archive found, and whom that was.
+    found: Option<(Server, Studies)>,
+    study: Option<StudyEntry>,
+    series: Vec<SeriesEntry>,
+    chosen: Option<Uid>,
+    failed: Option<String>,
+    /// Whether it was asked for once that all that came goes.
+    asks_to_forget: bool,
+}
+
+impl Archive {
+    /// The one that was asked last. Images are kept in a folder.
+    pub fn new(folder: Option<PathBuf>, settings: &Settings) -> Self {
+        Self {
+            folder,
+            address: settings.archive.clone(),
+            name: settings.archive_name.clone(),
+            password: String::new(),
+            filter: Filter::default(),
+            searching: None,
+            listing: None,
+            fetching: None,
+            found: None,
+            study: None,
+            series: vec![],
+            chosen: None,
+            failed: None,
+            asks_to_forget: false,
+        }
+    }
+
+    /// Draws the dialog where it is open, and does what it says.
+    pub fn show(&mut self, context: &egui::Context, state: &mut State, wake: &Wake) {
+        if state.dialog != Some(Dialog::Archive) || state.failed.is_some() || !state.settings.has_agreed {
+            return;
+        }
+        self.hear(state, wake);
+        panel::show(self, context, state, wake);
+        if state.dialog != Some(Dialog::Archive) {
+            // Who closes it waits for nothing any more.
+            self.asks_to_forget = false;
+            self.searching = None;
+            if self.listing.take().is_some() {
+                self.study = None;
+            }
+        }
+    }
+
+    /// Fetches a series, in place of one that is on its way.
+    pub fn fetch(&mut self, request: Request, wake: &Wake) {
+        let Request { server, study, series, into } = request;
+        self.fetching = Some(start("fetch a series", wake.clone(), move |desk: &Desk<_>| {
+            let fetch =
+                |progress: Progress<'_>| server.fetch(&study, &series, &into, progress, desk.cancel());
+            desk.tell(desk.watch(fetch).map_err(words));
+        }));
+    }
+
+    /// Where a series lies that has come, or why it does not; the words for work that `stopped` by a fault of ours.
+    pub fn poll(&mut self, stopped: &str) -> Option<Result<PathBuf, String>> {
+        told(&mut self.fetching).map(|told| told.unwrap_or_else(|| Err(stopped.to_owned())))
+    }
+
+    /// How far one is that comes.
+    pub fn busy(&self) -> Option<Busy> {
+        self.fetching.as_ref().map(Job::busy)
+    }
+
+    /// It is not wanted any more.
+    pub fn give_up(&mut self) {
+        self.fetching = None;
+    }
+
+    fn is_busy(&self) -> bool {
+        self.searching.is_some() || self.listing.is_some()
+    }
+
+    /// What the archive has said.
+    fn hear(&mut self, state: &State, wake: &Wake) {
+        let stopped = || state.say(Word::Stopped).to_owned();
+        if let Some(told) = told(&mut self.searching) {
+            match told.unwrap_or_else(|| Err(stopped())) {
+                Ok(found) => {
+                    let only = match &found.1.found[..] {
+                        [study] => Some(study.clone()),
+                        _ => None,
+                    };
+                    self.found = Some(found);
+                    if let Some(study) = only {
+                        self.list(study, wake);
+                    }
+                }
+                Err(why) => self.failed = Some(why),
+            }
+        }
+        if let Some(told) = told(&mut self.listing) {
+            match told.unwrap_or_else(|| Err(stopped())) {
+                Ok(series) => {
+                    // Most images mostly are what a person wants of a study.
+                    self.chosen =
+                        series.iter().max_by_key(|series| series.images).map(|series| series.uid.clone());
+                    self.series = series;
+                }
+                Err(why) => self.failed = Some(why),
+            }
+        }
+    }
+
+    fn login(&self) -> Login {
+        match (self.name.trim(), self.password.as_str()) {
+            ("", "") => Login::Nobody,
+            ("", token) => Login::Token(token.to_owned()),
+            (name, password) => Login::Password { name: name.to_owned(), password: password.to_owned() },
+        }
+    }
+
+    /// Asks for studies.
+    fn search(&mut self, state: &mut State, wake: &Wake) {
+        (self.found, self.study, self.chosen, self.failed) = (None, None, None, None);
+        (self.listing, self.series) = (None, vec![]);
+        let server = match Server::new(&self.address, self.login()) {
+            Ok(server) => server,
+            Err(error) => {
+                self.failed = Some(words(error));
+                return;
+            }
+        };
+        let (archive, archive_name) = (server.address().to_owned(), self.name.trim().to_owned());
+        let settings = Settings { archive, archive_name, ..state.settings.clone() };
+        if settings != state.settings {
+            state.act(crate::state::Action::Settings(settings));
+        }
+        let filter = self.filter.clone();
+        self.searching = Some(start("ask an archive", wake.clone(), move |desk: &Desk<_>| {
+            let studies = server.studies(&filter).map_err(words);
+            desk.tell(studies.map(|studies| (server, studies)));
+        }));
+    }
+
+    /// Asks for the series of a study.
+    fn list(&mut self, study: StudyEntry, wake: &Wake) {
+        let Some((server, _)) = &self.found else { return };
+        (self.series, self.chosen, self.failed) = (vec![], None, None);
+        let (server, uid) = (server.clone(), study.uid.clone());
+        self.study = Some(study);
+        self.listing = Some(start("ask for a study", wake.clone(), move |desk: &Desk<_>| {
+            desk.tell(server.series(&uid).map_err(words));
+        }));
+    }
+
+    /// The series that is chosen.
+    fn request(&self) -> Option<Request> {
+        let ((server, _), study, chosen) =
+            (self.found.as_ref()?, self.study.as_ref()?, self.chosen.as_ref()?);
+        let series = self.series.iter().find(|series| series.uid == *chosen)?.clone();
+        // A study has a folder, so that its series stand beside each other in the strip.
+        let into = self.folder.as_ref()?.join(study.uid.as_str());
+        Some(Request { server: server.clone(), study: study.uid.clone(), series, into })
+    }
+
+    /// Deletes all images that came.
+    fn forget(&mut self) {
+        let Some(folder) = &self.folder else { return };
+        match fs::remove_dir_all(folder) {
+            Err(error) if error.kind() != ErrorKind::NotFound => {
+                self.failed = Some(format!("{}: {error}", folder.display()));
+            }
+            _ => {}
+        }
+    }
+}
+
+/// What a job has told, which is over then; one that broke has told nothing.
+fn told<T>(job: &mut Option<Job<T>>) -> Option<Option<T>> {
+    let running = job.as_mut()?;
+    let told = running.poll().pop();
+    let is_over = told.is_some() || running.is_over();
+    is_over.then(|| *job = None).map(|()| told)
+}
