@@ -31,7 +31,7 @@ Keywords=DICOM;CT;MRI;NIfTI;anatomy;
 const DEBIAN: About = About {
     name: "lumivox-studio",
     depends: ", libx11-6, libx11-xcb1, libxcursor1, libxi6, libxkbcommon0, libxkbcommon-x11-0",
-    recommends: "libvulkan1, mesa-vulkan-drivers | vulkan-icd, xdg-desktop-portal",
+    recommends: "ca-certificates, libvulkan1, mesa-vulkan-drivers | vulkan-icd, xdg-desktop-portal",
     description: "CT and MR scans as photorealistic anatomy
  Drop a scan, see the anatomy: a path-traced view beside its slices, looks,
  cuts, structures, measurements and pictures. Reads DICOM, NIfTI, NRRD,
