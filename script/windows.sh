@@ -17,7 +17,7 @@ WINDOWS_PACKAGES="rustc-web rust-web-src g++-mingw-w64-x86-64-posix libz-mingw-w
 WINDOWS_LIBRARIES="advapi32.dll bcrypt.dll bcryptprimitives.dll combase.dll kernel32.dll msvcrt.dll ntdll.dll ole32.dll oleaut32.dll rpcrt4.dll setupapi.dll shell32.dll user32.dll userenv.dll ws2_32.dll"
 
 # And those that every Windows 10 with a desktop has.
-WINDOWS_DESKTOP="dwmapi.dll gdi32.dll imm32.dll propsys.dll shlwapi.dll uiautomationcore.dll uxtheme.dll"
+WINDOWS_DESKTOP="crypt32.dll dwmapi.dll gdi32.dll imm32.dll propsys.dll shlwapi.dll uiautomationcore.dll uxtheme.dll"
 
 # URIs of mirrors of Debian's archive of security updates, one a line: what this system's own apt sources name, and what stands
 # beside the mirror $1.
