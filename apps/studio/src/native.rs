@@ -198,30 +198,27 @@ struct SettingsFile;
 
 impl SettingsFile {
     fn path() -> Option<PathBuf> {
+        Some(Self::folder("APPDATA", ("XDG_CONFIG_HOME", ".config"))?.join("studio.json"))
+    }
+
+    /// Our folder where the system keeps such things: by what Windows calls the place, and what others do, or have in the home.
+    fn folder(windows: &str, (xdg, in_home): (&str, &str)) -> Option<PathBuf> {
         let of = |name: &str| std::env::var_os(name).filter(|value| !value.is_empty()).map(PathBuf::from);
         let folder = if cfg!(windows) {
-            of("APPDATA")
+            of(windows)
         } else if cfg!(target_os = "macos") {
             of("HOME").map(|home| home.join("Library/Application Support"))
         } else {
-            of("XDG_CONFIG_HOME").or_else(|| of("HOME").map(|home| home.join(".config")))
+            of(xdg).or_else(|| of("HOME").map(|home| home.join(in_home)))
         };
-        folder.map(|folder| folder.join("lumivox").join("studio.json"))
+        folder.map(|folder| folder.join("lumivox"))
     }
 }
 
 impl Drawer for SettingsFile {
     fn archive_folder(&self) -> Option<PathBuf> {
-        let of = |name: &str| std::env::var_os(name).filter(|value| !value.is_empty()).map(PathBuf::from);
         // Images are no settings, which move with a person from machine to machine.
-        let folder = if cfg!(windows) {
-            of("LOCALAPPDATA")
-        } else if cfg!(target_os = "macos") {
-            of("HOME").map(|home| home.join("Library/Application Support"))
-        } else {
-            of("XDG_DATA_HOME").or_else(|| of("HOME").map(|home| home.join(".local/share")))
-        };
-        folder.map(|folder| folder.join("lumivox").join("archive"))
+        Some(Self::folder("LOCALAPPDATA", ("XDG_DATA_HOME", ".local/share"))?.join("archive"))
     }
 
     fn rescue_folder(&self) -> Option<PathBuf> {

@@ -71,7 +71,6 @@ words! {
     ArchiveForgetWhy: "Scenes that were saved of them lose their scans." / "Gespeicherte Szenen verlieren dann ihre Scans.";
     ArchiveNoFolder: "This system has no folder where images could be kept." / "Dieses System hat keinen Ordner für empfangene Bilder.";
     ArchiveForgetAll: "Delete all images that came" / "Alle empfangenen Bilder löschen";
-    KeyArchive: "Open from an archive" / "Aus einem Archiv öffnen";
     SaveScene: "Save scene…" / "Szene speichern…";
     Export: "Export picture…" / "Bild exportieren…";
     TakenBack: "Taken back" / "Zurückgenommen";

@@ -51,7 +51,7 @@ fn text(value: &Value) -> String {
     }
 }
 
-/// A name's five parts (PS3.5, 6.2.1.1), as in a list: family, then given names.
+/// A name's five parts (PS3.5, 6.2.1), as in a list: family, then given names.
 fn person(name: &str) -> String {
     let mut parts = name.split('^').map(str::trim);
     let family = parts.next().unwrap_or_default();

@@ -65,12 +65,12 @@ impl Server {
         let nothing = || Error::Nothing { server: self.address().to_owned() };
         let total = series.images.unwrap_or(0);
         progress.report(WorkStage::Receiving, 0, total);
-        let answer =
-            match self.get(&format!("studies/{study}/series/{}", series.uid), &[], &KINDS, Some(PATIENCE)) {
-                // The archive answered before: what is missing is the series.
-                Err(Error::NoArchive { .. }) => return Err(nothing()),
-                answer => answer?,
-            };
+        let answer = match self.get(&format!("studies/{study}/series/{}", series.uid), &[], &KINDS, PATIENCE)
+        {
+            // The archive answered before: what is missing is the series.
+            Err(Error::NoArchive { .. }) => return Err(nothing()),
+            answer => answer?,
+        };
         let status = answer.status().as_u16();
         if status == 204 {
             return Err(nothing());

@@ -33,7 +33,7 @@ pub fn boundary(content_type: &str) -> Option<String> {
         };
         if name.trim().eq_ignore_ascii_case("boundary") {
             let value = value.trim();
-            // The standard has 70, and servers were seen that have a few more.
+            // The standard has 70; a few more do no harm.
             return (1..=200).contains(&value.len()).then(|| value.to_owned());
         }
         rest = after;

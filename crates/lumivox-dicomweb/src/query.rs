@@ -8,7 +8,7 @@ use ureq::http::header::WARNING;
 
 use crate::attributes::Attributes;
 use crate::error::Error;
-use crate::server::Server;
+use crate::server::{SILENCE, Server};
 
 /// A unique identifier (PS3.5, 9.1): digits and dots, so that it may stand in an address and in a file's name.
 #[derive(Clone, Debug, PartialEq, Eq, Hash, PartialOrd, Ord)]
@@ -162,7 +162,7 @@ impl Server {
     }
 
     fn search(&self, what: &str, asked: &[(&str, String)]) -> Result<Answers, Error> {
-        let answer = self.get(what, asked, &["application/dicom+json"], None);
+        let answer = self.get(what, asked, &["application/dicom+json"], SILENCE);
         let mut answer = answer.map_err(|error| match error {
             // All that is asked is in the standard; other interfaces that have studies do not know it.
             Error::Refused { server, status: status @ 400, words } => Error::NoArchive {
@@ -212,7 +212,7 @@ impl Server {
     /// Days as DICOM has them (PS3.4, C.2.2.2.5).
     fn days(&self, text: &str) -> Result<String, Error> {
         let wrong = || Error::Days { days: text.to_owned() };
-        // Between days stands a dash with spaces, or one that no other stands beside in eight digits.
+        // A day has eight digits, two of them are a range; of dashes only one before or after a single day counts.
         let compact: String = text.split_whitespace().collect();
         let digits: String = compact.chars().filter(|letter| *letter != '-').collect();
         if !digits.bytes().all(|byte| byte.is_ascii_digit()) || !matches!(digits.len(), 8 | 16) {

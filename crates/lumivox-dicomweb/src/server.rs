@@ -14,7 +14,7 @@ use crate::error::Error;
 /// Who is not there after this does not come.
 const CONNECT: Duration = Duration::from_secs(10);
 /// For a list, and between two pieces of images.
-const SILENCE: Duration = Duration::from_secs(60);
+pub const SILENCE: Duration = Duration::from_secs(60);
 /// Until images begin to come: some archives fetch them from tape.
 pub const PATIENCE: Duration = Duration::from_secs(600);
 /// Who sends on more often sends in a circle.
@@ -106,11 +106,11 @@ impl Server {
         what: &str,
         query: &[(&str, String)],
         kinds: &[&str],
-        patience: Option<Duration>,
+        patience: Duration,
     ) -> Result<Response<Body>, Error> {
         let mut last = None;
         for kind in kinds {
-            let answer = self.ask(what, query, kind, patience.unwrap_or(SILENCE))?;
+            let answer = self.ask(what, query, kind, patience)?;
             match answer.status().as_u16() {
                 200..=299 => return Ok(answer),
                 // Not this kind, or a form of it that is not understood.
@@ -242,7 +242,6 @@ fn agent(host: &str) -> Agent {
         .max_redirects_will_error(false)
         .timeout_resolve(Some(CONNECT))
         .timeout_connect(Some(CONNECT))
-        .timeout_recv_response(Some(SILENCE))
         .timeout_per_read(Some(SILENCE));
     // A proxy does not know what this machine calls itself.
     let config = if is_here(host) { config.proxy(None) } else { config };

@@ -197,7 +197,7 @@ impl Archive {
         let ((server, _), study, chosen) =
             (self.found.as_ref()?, self.study.as_ref()?, self.chosen.as_ref()?);
         let series = self.series.iter().find(|series| series.uid == *chosen)?.clone();
-        // A study has a folder, so that its series stand beside each other in the strip.
+        // By study, as archives keep them.
         let into = self.folder.as_ref()?.join(study.uid.as_str());
         Some(Request { server: server.clone(), study: study.uid.clone(), series, into })
     }

@@ -93,7 +93,7 @@ fn about(context: &egui::Context, state: &mut State) {
     let p = palette(state.settings.is_dark);
     let keys = [
         ("Ctrl+O   Ctrl+Shift+O", Word::KeyOpen),
-        ("Ctrl+Shift+A", Word::KeyArchive),
+        ("Ctrl+Shift+A", Word::ArchiveTitle),
         ("Ctrl+S   Ctrl+E", Word::KeySave),
         ("Ctrl+Z   Ctrl+Y", Word::KeyUndo),
         ("1 \u{2013} 5   G   M   Space", Word::KeyViews),
@@ -115,7 +115,7 @@ fn about(context: &egui::Context, state: &mut State) {
         ui.label(RichText::new(state.say(Word::Keys)).strong());
         egui::Grid::new("keys").num_columns(2).spacing([24.0, 6.0]).show(ui, |ui| {
             for (key, word) in
-                keys.into_iter().filter(|(_, word)| archive::IS_THERE || *word != Word::KeyArchive)
+                keys.into_iter().filter(|(_, word)| archive::IS_THERE || *word != Word::ArchiveTitle)
             {
                 ui.label(RichText::new(key).monospace().color(p.accent));
                 ui.label(state.say(word));

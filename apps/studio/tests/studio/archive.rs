@@ -1,6 +1,8 @@
 //! Studies of a real archive, asked for as a person does.
 
 use std::path::{Path, PathBuf};
+use std::sync::{Arc, Mutex};
+use std::time::{Duration, Instant};
 
 use eframe::egui::accesskit::Role;
 use eframe::egui::{Key, Modifiers};
@@ -10,11 +12,10 @@ use lumivox_phantom::{AnatomyOptions, SeriesDescription, anatomy, write_dicom_se
 use lumivox_studio::settings::{Drawer, Settings};
 use lumivox_studio::state::{Action, Dialog};
 use lumivox_testing::orthanc::{NAME, Orthanc, PASSWORD};
-use std::sync::{Arc, Mutex};
 
 use super::{
-    PATIENT, Studio, alone, click, head, launch_with, open, says, screenshot, session, settle, texts, undo,
-    wait,
+    LONGEST, PATIENT, Studio, alone, click, head, launch_with, open, says, screenshot, session, settle,
+    texts, undo, wait,
 };
 
 /// What was kept, and a folder for images.
@@ -49,12 +50,13 @@ fn fill(studio: &mut Studio, label: &str, text: &str) {
 
 /// Frames until words are seen.
 fn until(studio: &mut Studio, words: &str) {
-    for _ in 0..4000 {
+    let begin = Instant::now();
+    while begin.elapsed() < LONGEST {
         if says(studio, words) {
             return;
         }
         studio.step();
-        std::thread::sleep(std::time::Duration::from_millis(10));
+        std::thread::sleep(Duration::from_millis(10));
     }
     panic!("nothing says '{words}': {:?}", texts(studio));
 }
