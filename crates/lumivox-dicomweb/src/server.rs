@@ -240,6 +240,9 @@ fn agent(host: &str) -> Agent {
         // Where it sends on is looked at before.
         .max_redirects(0)
         .max_redirects_will_error(false)
+        // Between two questions a person thinks, and many servers hang up after a second: one that was kept would be found closed.
+        .max_idle_connections(0)
+        .max_idle_connections_per_host(0)
         .timeout_resolve(Some(CONNECT))
         .timeout_connect(Some(CONNECT))
         .timeout_per_read(Some(SILENCE));
