@@ -172,8 +172,7 @@ impl App {
     /// Shows the voxels that the document wants.
     fn show_anew(&mut self) {
         let Some(session) = &mut self.state.session else { return };
-        let (document, scans) = session.to_show();
-        self.showing = Some(errands::show(document, scans, self.wake.clone()));
+        self.showing = Some(errands::show(session.to_show(), self.wake.clone()));
     }
 
     fn export_to(&mut self, file: PathBuf) {

@@ -110,6 +110,7 @@ fn tile(
         entry.look = lumivox_core::document::Look::of_preset(preset);
         (entry.labels, entry.clip, entry.peel) = (None, None, None);
         entry.clip_shapes.clear();
+        entry.lassos.clear();
         entry.world_from_patient = None;
     }
     document.environment = Default::default();

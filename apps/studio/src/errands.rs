@@ -10,6 +10,7 @@ use crate::app::Choice;
 use crate::darkroom::{self, Darkroom, Exported, Tile};
 use crate::jobs::{Desk, Job, Wake, start};
 use crate::opening::{self, Shown, Source, Told};
+use crate::session::Wanted;
 use crate::turntable::turntable;
 
 /// Opens files, or a series of some that are open.
@@ -18,8 +19,14 @@ pub fn open(source: Source, wake: Wake) -> Job<Told> {
 }
 
 /// Finds what of scans is shown.
-pub fn show(document: SceneDocument, scans: Vec<Arc<Volume>>, wake: Wake) -> Job<Shown> {
-    start("show a scan", wake, move |desk: &Desk<Shown>| desk.tell(opening::show(&document, scans, desk)))
+pub fn show(wanted: Wanted, wake: Wake) -> Job<Shown> {
+    start("show a scan", wake, move |desk: &Desk<Shown>| {
+        let Wanted { document, scans, to_cut } = wanted;
+        desk.tell(match to_cut {
+            Some((parts, map)) => opening::cut_anew(&document, parts, map, desk),
+            None => opening::show(&document, scans, desk),
+        });
+    })
 }
 
 /// Makes a tile of each of these looks.

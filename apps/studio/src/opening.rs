@@ -5,7 +5,7 @@ use std::path::{Path, PathBuf};
 use std::sync::{Arc, Mutex, PoisonError};
 
 use lumivox_core::document::{Entry, SceneDocument, View};
-use lumivox_core::{PerspectiveCamera, Preset, Progress, Scene, Volume};
+use lumivox_core::{EnvironmentMap, PerspectiveCamera, Preset, Progress, Scene, Volume};
 use lumivox_import::files::{self, File};
 use lumivox_import::{ImportError, ImportOptions, ImportReport, SeriesSummary, Study, Thumbnail};
 use lumivox_scene::{Notes, OpenErrorKind, Opening, Part, Remedy};
@@ -245,6 +245,23 @@ pub fn show<M: Send>(document: &SceneDocument, scans: Vec<Arc<Volume>>, desk: &D
         let opened =
             lumivox_scene::open_loaded(document, scans, Path::new(""), &opening, &notes, desk.cancel());
         opened.map(|opened| (opened.scene, notes.into_sentences())).map_err(|error| error.to_string())
+    })
+}
+
+/// What is shown of scans, of which lassos cut away something else now.
+///
+/// # Errors
+/// Why it is not.
+pub fn cut_anew<M: Send>(
+    document: &SceneDocument,
+    parts: Vec<Part>,
+    map: Option<Arc<EnvironmentMap>>,
+    desk: &Desk<M>,
+) -> Shown {
+    desk.watch(|progress| {
+        let notes = Notes::new(progress, remedy);
+        let scene = lumivox_scene::cut_anew(document, parts, map, &notes, desk.cancel());
+        scene.map(|scene| (scene, notes.into_sentences())).map_err(|error| error.to_string())
     })
 }
 

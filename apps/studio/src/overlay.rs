@@ -8,6 +8,9 @@ use std::sync::Arc;
 /// The share of a label's colour over a slice.
 const SHARE: f32 = 0.42;
 
+/// What is left of the brightness of what lassos cut away.
+const LEFT_OF_CUT: f32 = 0.35;
+
 /// What fills more of a label map than that is no structure, but the body or the air around: it is tinted only if somebody gives it a
 /// colour.
 const LARGE: f64 = 0.1;
@@ -45,6 +48,8 @@ pub struct Overlay {
     voxel_from_patient: DAffine3,
     /// By the label's value; what is not to be seen has none.
     colors: [Option<Color32>; 256],
+    /// The label of what lassos cut away.
+    cut: Option<u8>,
 }
 
 impl Overlay {
@@ -59,7 +64,8 @@ impl Overlay {
             style.color.or(own).filter(|_| style.visible).map(shown)
         };
         let colors = std::array::from_fn(color);
-        Self { voxel_from_patient: labels.patient_from_voxel().inverse(), colors, labels }
+        let cut = labels.cut_away().map(|cut| cut.value);
+        Self { voxel_from_patient: labels.patient_from_voxel().inverse(), colors, cut, labels }
     }
 
     /// The label that lies at a point of the patient.
@@ -84,6 +90,9 @@ impl Overlay {
     /// A pixel with the structure that lies at a point of the patient.
     pub fn over(&self, pixel: Color32, point: DVec3) -> Color32 {
         let value = self.value_at(point).unwrap_or(UNLABELLED);
+        if Some(value) == self.cut {
+            return Color32::from_gray((f32::from(pixel.r()) * LEFT_OF_CUT) as u8);
+        }
         let Some(color) = self.colors[usize::from(value)] else { return pixel };
         let mixed = |own: u8, over: u8| (f32::from(own) * (1.0 - SHARE) + f32::from(over) * SHARE) as u8;
         Color32::from_rgb(

@@ -6,7 +6,7 @@ use std::sync::Arc;
 
 use lumivox_core::document::{Scan, SceneDocument};
 use lumivox_core::glam::DAffine3;
-use lumivox_core::labels::{Label, LabelSource};
+use lumivox_core::labels::{CutAway, Label, LabelSource};
 use lumivox_core::{
     EnvironmentMap, EnvironmentSource, LabelVolume, Modality, Peel, Scene, Subject, Volume, Voxels, WorkStage,
 };
@@ -88,6 +88,7 @@ struct LabelWords {
     volume: usize,
     table: Vec<(u8, String, [f64; 3])>,
     source: Option<SourceWords>,
+    cut: Option<CutAway>,
 }
 
 #[derive(Serialize, Deserialize)]
@@ -176,6 +177,7 @@ impl Packer {
             volume: self.volume(labels.volume()),
             table: labels.labels().iter().map(of).collect(),
             source,
+            cut: labels.cut_away().cloned(),
         }
     }
 
@@ -302,11 +304,20 @@ impl<'a> Unpacker<'a> {
             words.table.into_iter().map(|(value, name, color)| Label { value, name, color }).collect();
         let place = DAffine3::from_cols_array(&of.place);
         let labels = LabelVolume::new(of.dims, self.samples(bytes), place, table).map_err(lost)?;
-        let Some((files, table, numbers)) = words.source else { return Ok(Arc::new(labels)) };
-        let number =
-            |(number, value): (String, u8)| number.parse().map(|number| (number, value)).map_err(lost);
-        let numbers = numbers.into_iter().map(number).collect::<Result<_, String>>()?;
-        Ok(Arc::new(labels.with_source(LabelSource { files, table, numbers })))
+        let labels = match words.source {
+            Some((files, table, numbers)) => {
+                let number = |(number, value): (String, u8)| {
+                    number.parse().map(|number| (number, value)).map_err(lost)
+                };
+                let numbers = numbers.into_iter().map(number).collect::<Result<_, String>>()?;
+                labels.with_source(LabelSource { files, table, numbers })
+            }
+            None => labels,
+        };
+        Ok(Arc::new(match words.cut {
+            Some(cut) => labels.with_cut(cut),
+            None => labels,
+        }))
     }
 
     /// A scene and its document.

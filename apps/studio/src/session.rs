@@ -8,7 +8,7 @@ use std::sync::atomic::{AtomicU64, Ordering};
 use lumivox_core::document::{Entry, Keep, SceneDocument, Surroundings, TakenOff, View};
 use lumivox_core::glam::{DMat3, DVec3};
 use lumivox_core::{
-    EnvironmentMap, EnvironmentSource, Orbit, PerspectiveCamera, Preset, Scene, Volume, framing,
+    EnvironmentMap, EnvironmentSource, Lasso, Orbit, PerspectiveCamera, Preset, Scene, Volume, framing,
 };
 use lumivox_import::ImportReport;
 use lumivox_scene::Part;
@@ -27,6 +27,25 @@ struct ShownAs {
     finds_labels: bool,
     label_files: Vec<std::path::PathBuf>,
     peel: Option<f64>,
+    cut: CutBy,
+}
+
+/// What lassos cut away, and which labels they spare.
+#[derive(Clone, Debug, Default, PartialEq)]
+struct CutBy {
+    lassos: Vec<Lasso>,
+    spared: Vec<(String, bool)>,
+}
+
+impl CutBy {
+    fn of(entry: &Entry) -> Self {
+        if entry.lassos.is_empty() {
+            return Self::default();
+        }
+        let styles = entry.labels.iter().flat_map(|labels| &labels.styles);
+        let spared = styles.filter_map(|style| Some((style.label.clone(), !style.clipped?)));
+        Self { lassos: entry.lassos.clone(), spared: spared.collect() }
+    }
 }
 
 impl ShownAs {
@@ -42,7 +61,13 @@ impl ShownAs {
             finds_labels: entry.labels.as_ref().is_some_and(|labels| labels.files.is_empty()),
             label_files: entry.labels.as_ref().map_or(vec![], |labels| labels.files.clone()),
             peel: entry.peel,
+            cut: CutBy::of(entry),
         }
+    }
+
+    /// The same, uncut.
+    fn uncut(entry: &Entry) -> Self {
+        Self { cut: CutBy::default(), ..Self::of(entry) }
     }
 }
 
@@ -64,6 +89,12 @@ impl Asked {
             && document.volumes.iter().map(ShownAs::of).eq(self.entries.iter().map(ShownAs::of))
     }
 
+    /// Whether a document is shown by that but for what lassos cut away.
+    fn is_of_uncut(&self, document: &SceneDocument) -> bool {
+        self.light.file() == document.environment.file()
+            && document.volumes.iter().map(ShownAs::uncut).eq(self.entries.iter().map(ShownAs::uncut))
+    }
+
     /// Makes a document such that it is shown by that; what has nothing to do with that stays.
     fn put_back(&self, document: &mut SceneDocument) {
         for (entry, shown) in document.volumes.iter_mut().zip(&self.entries) {
@@ -75,11 +106,24 @@ impl Asked {
             if (own.finds_labels, own.label_files) != (old.finds_labels, old.label_files) {
                 entry.labels = shown.labels.clone();
             }
+            if own.cut != old.cut {
+                entry.lassos.clone_from(&shown.lassos);
+            }
         }
         if self.light.file() != document.environment.file() {
             document.environment.source.clone_from(&self.light.source);
         }
     }
+}
+
+/// What of scans is to be shown.
+pub struct Wanted {
+    /// As it says.
+    pub document: SceneDocument,
+    /// As they lie in their files.
+    pub scans: Vec<Arc<Volume>>,
+    /// What is shown by now, and the map of light, where nothing else changes than what lassos cut away of it.
+    pub to_cut: Option<(Vec<Part>, Option<Arc<EnvironmentMap>>)>,
 }
 
 /// A scan that is open.
@@ -307,9 +351,14 @@ impl Session {
     }
 
     /// What a job has to do for the document as it is.
-    pub fn to_show(&mut self) -> (SceneDocument, Vec<Arc<Volume>>) {
+    pub fn to_show(&mut self) -> Wanted {
         self.asked_of = Asked::of(self.document());
-        (self.document().clone(), self.scans.clone())
+        let is_uncut = !self.is_coming && self.shown_of.is_of_uncut(self.document());
+        Wanted {
+            document: self.document().clone(),
+            scans: self.scans.clone(),
+            to_cut: is_uncut.then(|| (self.parts.clone(), self.map.clone().map(|(_, map)| map))),
+        }
     }
 
     /// What such a job found. What was changed meanwhile stays changed. Whether that has to be asked for.

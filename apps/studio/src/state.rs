@@ -18,6 +18,7 @@ use crate::jobs::Busy;
 use crate::measuring::{Draft, Said};
 use crate::opening::SharedStudy;
 use crate::overlay::{Overlay, Sizes};
+use crate::panels::lasso::Drawing;
 use crate::panels::names::Named;
 use crate::session::Session;
 use crate::settings::Settings;
@@ -76,16 +77,19 @@ pub enum Tool {
     Measure(MeasurementKind),
     /// Moves and widens the look, in the 3D view.
     Shape,
+    /// Cuts away what a line is drawn around.
+    Lasso,
 }
 
 impl Tool {
     /// All of them, in the order of their buttons.
-    pub const ALL: [Self; 5] = [
+    pub const ALL: [Self; 6] = [
         Self::Navigate,
         Self::Measure(MeasurementKind::Distance),
         Self::Measure(MeasurementKind::Angle),
         Self::Measure(MeasurementKind::Region),
         Self::Shape,
+        Self::Lasso,
     ];
 }
 
@@ -309,6 +313,8 @@ pub struct State {
     pub tab: Tab,
     /// A measurement that is being made.
     pub draft: Option<Draft>,
+    /// A line that is being drawn.
+    pub lasso: Option<Drawing>,
     /// What measurements say, as far as that was asked.
     pub said: RefCell<Said>,
     /// How large structures are.
@@ -373,6 +379,7 @@ impl State {
             tool: Tool::Navigate,
             tab: Tab::Look,
             draft: None,
+            lasso: None,
             said: RefCell::default(),
             sizes: None,
             curve_point: None,
@@ -436,6 +443,7 @@ impl State {
         self.slices = std::array::from_fn(|_| SliceView { zoom: 1.0, ..SliceView::default() });
         self.oblique = DQuat::from_rotation_z(30_f64.to_radians());
         (self.slab, self.tool, self.draft, self.said, self.overlay) = Default::default();
+        self.lasso = None;
         self.named = Named::default();
         (self.curve_point, self.curve_range, self.sizes) = Default::default();
         self.tiles.clear();
@@ -476,10 +484,11 @@ impl State {
 
     /// Takes another tool; what was being made is left.
     pub fn take(&mut self, tool: Tool) {
-        (self.tool, self.draft) = (tool, None);
+        (self.tool, self.draft, self.lasso) = (tool, None, None);
         match tool {
             Tool::Measure(_) => self.tab = Tab::Measure,
             Tool::Shape => self.tab = Tab::Look,
+            Tool::Lasso => self.tab = Tab::Cut,
             Tool::Navigate => {}
         }
     }

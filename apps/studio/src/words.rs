@@ -143,6 +143,9 @@ words! {
     SphereAdd: "Cut out a ball" / "Kugel ausschneiden";
     Cube: "Orientation cube" / "Orientierungswürfel";
     CubeHint: "A click on a side turns to it" / "Ein Klick auf eine Seite dreht dorthin";
+    Lasso: "Lasso" / "Lasso";
+    LassoDraw: "Cut by a lasso" / "Mit dem Lasso schneiden";
+    LassoHint: "Drag around what is to go: it is cut away as deep as the scan is" / "Umfahren, was weg soll: Es wird so tief herausgeschnitten, wie der Scan reicht";
     CutNothing: "Uncut" / "Ungeschnitten";
     Everything: "All that was scanned" / "Alles Gescannte";
     EverythingHint: "Table, clothes and tubes, too" / "Auch Tisch, Kleidung und Schläuche";

@@ -95,9 +95,18 @@ pub struct Labelling {
 }
 
 impl Labelling {
-    /// Labels that all look as the medium says.
+    /// Labels that all look as the medium says, but for what [lassos](crate::Lasso) cut away: that is not there.
     pub fn new(labels: Arc<LabelVolume>) -> Self {
-        Self { labels, styles: vec![] }
+        Self { labels, styles: vec![] }.without_cut()
+    }
+
+    /// The same, without what lassos cut away, whatever styles say of it.
+    #[must_use]
+    pub fn without_cut(mut self) -> Self {
+        if let Some(value) = self.labels.cut_away().map(|cut| cut.value) {
+            self.set_style(value, LabelStyle::hidden());
+        }
+        self
     }
 
     /// The style of a label.

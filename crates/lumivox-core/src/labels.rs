@@ -6,7 +6,10 @@ use std::{path::PathBuf, sync::Arc};
 
 use glam::{DAffine3, DVec3};
 
-use crate::volume::{Modality, Volume, VolumeError, Voxels};
+use crate::{
+    lasso::Lasso,
+    volume::{Modality, Volume, VolumeError, Voxels},
+};
 
 /// The value of voxels that belong to no label.
 pub const UNLABELLED: u8 = 0;
@@ -71,6 +74,7 @@ pub struct LabelVolume {
     volume: Arc<Volume>,
     labels: Vec<Label>,
     source: Option<Arc<LabelSource>>,
+    cut: Option<Arc<CutAway>>,
 }
 
 /// Where labels come from.
@@ -82,6 +86,18 @@ pub struct LabelSource {
     pub table: Option<PathBuf>,
     /// The numbers that labels have in their files, and their values here.
     pub numbers: Vec<(i128, u8)>,
+}
+
+/// What lassos cut away, see [`cut_by_lassos`](crate::lasso::cut_by_lassos).
+#[derive(Clone, Debug, serde::Serialize, serde::Deserialize)]
+pub struct CutAway {
+    /// They.
+    pub lassos: Vec<Lasso>,
+    /// The label of what is cut away.
+    pub value: u8,
+    /// The labels without it, if there were any. Nothing that is written down has them.
+    #[serde(skip)]
+    pub before: Option<Arc<LabelVolume>>,
 }
 
 impl PartialEq for LabelVolume {
@@ -134,7 +150,7 @@ impl LabelVolume {
         if let Some(label) = labels.iter().find(|label| !possible(label.color)) {
             return Err(LabelError::Color { value: label.value, color: label.color });
         }
-        let labels = Self { volume: Arc::new(volume), labels, source: None };
+        let labels = Self { volume: Arc::new(volume), labels, source: None, cut: None };
         let counts = labels.counts();
         let known = |value: u8| value == UNLABELLED || labels.label(value).is_some();
         match (0..=u8::MAX).find(|&value| counts[usize::from(value)] > 0 && !known(value)) {
@@ -185,6 +201,36 @@ impl LabelVolume {
     pub fn without_source(mut self) -> Self {
         self.source = None;
         self
+    }
+
+    /// What lassos cut away of them.
+    pub fn cut_away(&self) -> Option<&CutAway> {
+        self.cut.as_deref()
+    }
+
+    /// The same labels, one of which is said to be what lassos cut away; they come from where those before came from.
+    #[must_use]
+    pub fn with_cut(mut self, cut: CutAway) -> Self {
+        if let Some(before) = &cut.before {
+            self.source.clone_from(&before.source);
+        } else if self.source.is_none() {
+            // Of no file: cut again wherever the scan is.
+            self.source = Some(Arc::default());
+        }
+        self.cut = Some(Arc::new(cut));
+        self
+    }
+
+    /// What people know as labels: all but what lassos cut away.
+    pub fn own_labels(&self) -> impl Iterator<Item = &Label> {
+        let cut = self.cut.as_ref().map(|cut| cut.value);
+        self.labels.iter().filter(move |label| Some(label.value) != cut)
+    }
+
+    /// Whether they are what a person knows as labels: all but what lassos cut away alone.
+    pub fn has_own(&self) -> bool {
+        let has_files = self.source.as_ref().is_none_or(|source| !source.files.is_empty());
+        self.cut.is_none() || has_files || self.own_labels().next().is_some()
     }
 
     /// What a voxel's value means; `None` for [`UNLABELLED`] and for values that no voxel has.

@@ -24,6 +24,7 @@ pub mod framing;
 mod histogram;
 pub mod host;
 pub mod labels;
+pub mod lasso;
 pub mod light;
 pub mod medium;
 mod percentiles;
@@ -48,6 +49,7 @@ pub use classification::{ClipKind, ClipShape, LabelStyle, Labelling, MOST_CLIP_S
 pub use environment::{Environment, EnvironmentMap, EnvironmentSource};
 pub use histogram::Histogram;
 pub use labels::{Label, LabelError, LabelVolume, Misplaced, UNLABELLED};
+pub use lasso::Lasso;
 pub use light::{Cone, Falloff, Lamp, Light, LightKind};
 pub use medium::{ExtinctionSpace, Filter, GradientFunction, Medium, SurfaceReflection};
 pub use presets::{Organ, Preset, UnknownPreset};

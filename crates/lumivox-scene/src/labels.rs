@@ -7,7 +7,8 @@ use std::{
 
 use lumivox_core::{
     CancelToken, LabelVolume, Labelling, SurfaceReflection, Volume,
-    document::{Labels, Style},
+    document::{Entry, Labels, Style},
+    lasso::{LassoError, cut_by_lassos},
 };
 use lumivox_import::{LabelOptions, load_label_files};
 
@@ -87,7 +88,7 @@ pub fn labelling(
     for (index, style) in styles.iter().enumerate() {
         let values = labelling.labels.values_of(&style.label, &numbers);
         if values.is_empty() {
-            let names = labelling.labels.labels().iter().map(|label| label.name.as_str());
+            let names = labelling.labels.own_labels().map(|label| label.name.as_str());
             let known = names.chain(["unlabelled"]).collect::<Vec<_>>().join(", ");
             return Err(OpenErrorKind::NoSuchLabel { style: index, label: style.label.clone(), known });
         }
@@ -98,5 +99,33 @@ pub fn labelling(
             labelling.set_style(value, changed);
         }
     }
-    Ok(labelling)
+    Ok(labelling.without_cut())
+}
+
+/// The labels of a scan with what an entry's lassos cut away of it, but for labels that are spared.
+///
+/// # Errors
+/// Where no value is left for that, and when `cancel` was used.
+pub fn cut(
+    entry: &Entry,
+    volume: &Volume,
+    labels: Option<&Arc<LabelVolume>>,
+    audience: &impl Audience,
+    cancel: &CancelToken,
+) -> Result<Option<Arc<LabelVolume>>, OpenErrorKind> {
+    let mut spared = [false; 256];
+    if let (Some(labels), Some(named)) = (labels, &entry.labels) {
+        let numbers = labels.numbers();
+        for style in &named.styles {
+            let Some(is_clipped) = style.clipped else { continue };
+            let values = labels.values_of(&style.label, &numbers);
+            values.into_iter().for_each(|value| spared[usize::from(value)] = !is_clipped);
+        }
+    }
+    let cut =
+        audience.watch(|progress| cut_by_lassos(volume, labels, &entry.lassos, &spared, progress, cancel));
+    cut.map_err(|error| match error {
+        LassoError::NoValueLeft => OpenErrorKind::Wrong(error.to_string()),
+        LassoError::Cancelled(cancelled) => cancelled.into(),
+    })
 }

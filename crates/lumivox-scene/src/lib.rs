@@ -18,7 +18,7 @@ use std::{path::Path, sync::Arc};
 
 use lumivox_core::{
     CancelToken, EnvironmentMap, Misplaced, PerspectiveCamera, Scene, Volume,
-    document::{Lighting, SceneDocument, Step, Written},
+    document::{Entry, Lighting, SceneDocument, Step, Written},
 };
 use lumivox_import::ImportError;
 
@@ -211,10 +211,11 @@ pub fn open_loaded(
             }
         }
         all_shown.push(shown.clone());
-        parts.push(match labels {
+        let part = match labels {
             Some(_) => Part { labels, ..shown },
             None => shown,
-        });
+        };
+        parts.push(cut_part(index, entry, part, audience, cancel)?);
     }
     let lights = document.lights.iter().map(Lighting::light).collect();
     let scene = place(&document.volumes, parts, lights, environment, audience)?;
@@ -225,6 +226,34 @@ pub fn open_loaded(
     let camera = document.camera.camera(&scene, document.film.aspect());
     let camera = camera.ok_or_else(|| OpenError::whole(&["camera"], OpenErrorKind::NoView))?;
     Ok(Opened { scene, camera })
+}
+
+fn cut_part(
+    index: usize,
+    entry: &Entry,
+    part: Part,
+    audience: &impl Audience,
+    cancel: &CancelToken,
+) -> Result<Part, OpenError> {
+    let labels = labels::cut(entry, &part.volume, part.labels.as_ref(), audience, cancel);
+    let labels = labels.map_err(|kind| OpenError::of(index, &["lassos"], kind))?;
+    Ok(Part { labels, ..part })
+}
+
+/// The scene of a document of which all is there as it is shown, but for what lassos cut away now.
+///
+/// # Errors
+/// [`OpenError`] as [`assemble`], and where lassos cannot cut.
+pub fn cut_anew(
+    document: &SceneDocument,
+    parts: Vec<Part>,
+    map: Option<Arc<EnvironmentMap>>,
+    audience: &impl Audience,
+    cancel: &CancelToken,
+) -> Result<Scene, OpenError> {
+    let entries = document.volumes.iter().enumerate().zip(parts);
+    let cut = entries.map(|((index, entry), part)| cut_part(index, entry, part, audience, cancel));
+    assemble(document, cut.collect::<Result<_, _>>()?, map)
 }
 
 /// The scene of a document that is handed over with all that is in it: what it names is not looked for.

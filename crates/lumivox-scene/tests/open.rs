@@ -7,13 +7,15 @@ use std::{
 };
 
 use lumivox_core::{
-    CancelToken, Preset, Progress,
+    CancelToken, Lasso, Preset, Progress, Scene, VolumeInstance,
     document::{
         Display, Entry, Film, Keep, Labels, Look, Scan, SceneDocument, Style, TakenOff, View, Written,
     },
 };
 use lumivox_phantom::{SeriesDescription, write_dicom_series};
-use lumivox_scene::{Audience, Note, OpenErrorKind, Opened, Opening, Silent, content_of, open, save};
+use lumivox_scene::{
+    Audience, Note, OpenErrorKind, Opened, Opening, Part, Silent, content_of, cut_anew, open, save,
+};
 
 /// Hears everything.
 #[derive(Default)]
@@ -101,6 +103,77 @@ fn what_was_opened_is_written_down_and_opened_again() {
     assert!(a.world_from_patient.abs_diff_eq(b.world_from_patient, 1e-15));
     assert!(first.camera.world_from_camera.abs_diff_eq(again.camera.world_from_camera, 1e-15));
     assert_eq!(std::fs::read_dir(folder.path().join("scenes")).unwrap().count(), 1, "nothing half is left");
+}
+
+/// What lassos cut away of the ball, as a share of its voxels; whether that is seen is the labels' business.
+fn cut_share(opened: &Opened) -> f64 {
+    let labels = &opened.scene.volumes[0].labels.as_ref().unwrap().labels;
+    let value = labels.cut_away().unwrap().value;
+    labels.counts()[usize::from(value)] as f64 / labels.volume().voxel_count() as f64
+}
+
+#[test]
+fn lassos_cut_spare_and_are_written_down() {
+    let folder = folder();
+    let mut document = document();
+    // Whatever lies on one side of the middle.
+    let far = 1e3;
+    let half = vec![[0.0, -far], [far, -far], [far, far], [0.0, far]];
+    let lasso = Lasso::new(Default::default(), true, half);
+    document.volumes[0].lassos = vec![lasso.clone()];
+    let first = opened(&document, folder.path(), &Silent);
+    assert!((cut_share(&first) - 0.5).abs() < 0.1, "{}", cut_share(&first));
+    let volume = &first.scene.volumes[0];
+    let labelling = volume.labels.as_ref().unwrap();
+    let value = labelling.labels.cut_away().unwrap().value;
+    assert!(!labelling.style(value).visible && labelling.style(0).visible);
+    let written = SceneDocument::of(&first.scene).unwrap();
+    assert_eq!(written.volumes[0].lassos, [lasso.clone()]);
+    assert!(written.volumes[0].labels.is_none(), "they are nobody's labels");
+
+    // With labels those come back, too; the ones that cuts spare are whole, and a style for all does not bring back what is cut.
+    labels(folder.path(), "labels.nrrd", 2);
+    let style = |label: &str| Style { label: label.into(), ..Style::default() };
+    document.volumes[0].labels = Some(Labels {
+        files: vec!["labels.nrrd".into()],
+        styles: vec![Style { clipped: Some(false), ..style("2") }, Style { visible: Some(true), ..style("*") }],
+        ..Labels::default()
+    });
+    let spared = opened(&document, folder.path(), &Silent);
+    assert!(cut_share(&spared) < cut_share(&first) - 0.2, "{}", cut_share(&spared));
+    let labelling = spared.scene.volumes[0].labels.as_ref().unwrap();
+    assert!(!labelling.style(labelling.labels.cut_away().unwrap().value).visible);
+    let written = SceneDocument::of(&spared.scene).unwrap();
+    let entry = &written.volumes[0];
+    assert_eq!(entry.lassos, [lasso]);
+    let own = entry.labels.as_ref().unwrap();
+    assert!(own.files[0].ends_with("labels.nrrd"), "{own:?}");
+    let named: Vec<&str> = own.styles.iter().map(|style| style.label.as_str()).collect();
+    assert!(!named.contains(&"cut away") && named.len() > 2, "{named:?}");
+    let again = opened(&written, folder.path(), &Silent);
+    assert_eq!(again.scene.volumes[0].labels.as_ref().unwrap().labels, labelling.labels);
+
+    // Cut anew, they are the same as opened so.
+    let parts = |opened: &Opened| {
+        let part = |it: &VolumeInstance| Part {
+            volume: it.volume.clone(),
+            labels: it.labels.as_ref().map(|labelling| labelling.labels.clone()),
+            peel: None,
+        };
+        opened.scene.volumes.iter().map(part).collect::<Vec<_>>()
+    };
+    let cut = |document: &SceneDocument, opened: &Opened| {
+        cut_anew(document, parts(opened), None, &Silent, &CancelToken::new()).unwrap()
+    };
+    let mut inverted = document.clone();
+    inverted.volumes[0].lassos[0].inverted = true;
+    let of = |scene: &Scene| scene.volumes[0].labels.as_ref().unwrap().labels.clone();
+    assert_eq!(of(&cut(&inverted, &spared)), of(&opened(&inverted, folder.path(), &Silent).scene));
+    let mut uncut = document.clone();
+    uncut.volumes[0].lassos.clear();
+    let labels = of(&cut(&uncut, &spared));
+    assert!(labels.cut_away().is_none() && labels.dims() == [10; 3], "the map as it lies in its file");
+    assert_eq!(labels, of(&opened(&uncut, folder.path(), &Silent).scene));
 }
 
 #[test]

@@ -25,7 +25,7 @@ impl LumivoxLabelling {
                 surface.gradient_per_mm = medium.surface.gradient_per_mm;
             }
         }
-        labelling
+        labelling.without_cut()
     }
 }
 

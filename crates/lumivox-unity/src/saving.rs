@@ -101,7 +101,7 @@ fn readable(document: &SceneDocument, opened: Option<&Value>) -> Outcome<SceneDo
 }
 
 /// What never was a 32-bit number of Unity's, or is the place of something in the patient.
-const EXACT: [&str; 4] = ["scan", "world_from_patient", "clip_shapes", "files"];
+const EXACT: [&str; 5] = ["scan", "world_from_patient", "clip_shapes", "lassos", "files"];
 
 /// Of a direction, or a row of a matrix.
 const NOTHING: f64 = 5e-7;

@@ -10,7 +10,7 @@ use std::path::{Path, PathBuf};
 
 use lumivox_core::document::Scan;
 use lumivox_core::glam::{DAffine3, DMat3, DVec3};
-use lumivox_core::labels::LabelSource;
+use lumivox_core::labels::{CutAway, LabelSource};
 use lumivox_core::{CancelToken, Label, LabelVolume, Modality, Progress, Volume, Voxels, WorkStage};
 use lumivox_segmentation::Surroundings;
 use serde::{Deserialize, Serialize};
@@ -50,6 +50,9 @@ struct Header {
     /// The same of a label map.
     #[serde(default, skip_serializing_if = "Value::is_null")]
     label_source: Value,
+    /// Of a label map: what lassos cut away.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    cut_away: Option<CutAway>,
 }
 
 /// A map's files, and the numbers that its labels have in them.
@@ -241,6 +244,9 @@ pub fn read(
         if let Some(source) = source.and_then(StoredLabelSource::source) {
             labels = labels.with_source(source);
         }
+        if let Some(cut) = header.cut_away {
+            labels = labels.with_cut(cut);
+        }
         return Ok(LumivoxVolume::of_labels(labels, header.report));
     }
     let mut volume = Volume::new(header.dims, voxels, header.rescale.map(f64::from_bits), place, modality)
@@ -312,6 +318,7 @@ fn header(scan: &LumivoxVolume) -> Header {
             .labels()
             .and_then(|labels| serde_json::to_value(StoredLabelSource::of(labels.map.source()?)).ok())
             .unwrap_or_default(),
+        cut_away: scan.labels().and_then(|labels| labels.map.cut_away().cloned()),
     }
 }
 
@@ -322,6 +329,8 @@ fn padding(header_length: usize) -> usize {
 
 #[cfg(test)]
 mod tests {
+    use lumivox_core::Lasso;
+
     use super::*;
 
     fn scan() -> LumivoxVolume {
@@ -380,12 +389,18 @@ mod tests {
             numbers: vec![(i128::MAX, 3)],
         };
         let labels = LabelVolume::new([2, 1, 1], vec![0, 3], DAffine3::IDENTITY, vec![label]).unwrap();
-        let map = LumivoxVolume::of_labels(labels.with_source(source.clone()), Value::Null);
+        let lasso = Lasso::new(DAffine3::IDENTITY, true, vec![[0.0, 0.0], [1.0 / 3.0, 0.0], [0.0, 1.0]]);
+        let cut = CutAway { lassos: vec![lasso], value: 3, before: None };
+        let labels = labels.with_source(source.clone()).with_cut(cut.clone());
+        let map = LumivoxVolume::of_labels(labels, Value::Null);
         let folder = tempfile::tempdir().unwrap();
         let path = folder.path().join("a.lumivox");
         save(&map, &path, Progress::SILENT, &CancelToken::new()).unwrap();
         let again = read_bytes(&std::fs::read(path).unwrap()).unwrap();
-        assert_eq!(again.labels().unwrap().map.source(), Some(&source));
+        let again = &again.labels().unwrap().map;
+        assert_eq!(again.source(), Some(&source));
+        let back = again.cut_away().unwrap();
+        assert_eq!((&back.lassos, back.value), (&cut.lassos, 3));
     }
 
     #[test]

@@ -1,10 +1,11 @@
-//! What is cut away: a box along the scan's sides, and planes, boxes and balls as they lie in the world.
+//! What is cut away: a box along the scan's sides, planes, boxes and balls as they lie in the world, and what a lasso was drawn around.
 
 use eframe::egui::{RichText, Slider, Ui};
 use lumivox_core::document::{Entry, Rows, Shape, Space, affine, rows};
 use lumivox_core::glam::{DAffine3, DMat3, DVec3};
 use lumivox_core::{ClipKind, MOST_CLIP_SHAPES, placement};
 
+use super::lasso;
 use super::look::{entry, slider};
 use crate::session::Session;
 use crate::state::State;
@@ -21,12 +22,16 @@ pub fn show(ui: &mut Ui, state: &mut State) {
         shape(ui, state, index);
     }
     add(ui, state);
-    let is_cut = entry(state).is_some_and(|entry| entry.clip.is_some() || !entry.clip_shapes.is_empty());
+    lasso::list(ui, state);
+    let is_cut = entry(state).is_some_and(|entry| {
+        entry.clip.is_some() || !entry.clip_shapes.is_empty() || !entry.lassos.is_empty()
+    });
     if is_cut && ui.button(state.say(Word::CutNothing)).clicked() {
         state.change(Word::CutNothing, |document| {
             for entry in &mut document.volumes {
                 entry.clip = None;
                 entry.clip_shapes.clear();
+                entry.lassos.clear();
             }
         });
     }

@@ -5,6 +5,7 @@ pub mod curve;
 pub mod cut;
 pub mod dialogs;
 pub mod handles;
+pub mod lasso;
 pub mod light;
 pub mod look;
 pub mod marks;

@@ -9,9 +9,10 @@ use lumivox_core::document::Measurement;
 use lumivox_core::glam::{DQuat, DVec2, DVec3};
 use lumivox_viewport::SliceGesture;
 
-use super::marks;
 use super::measure::{self, Gestures, Shown};
 use super::views::{BUTTONS, clicked, fingers, held, interact, notches};
+use super::{lasso, marks};
+use crate::session::Session;
 use crate::slices::{self, Geometry, Plane, Projection, edge_letters, reach_mm, step_mm, value_at};
 use crate::state::{Action, Drawn, Probe, SliceView, State, Tool, ViewId};
 use crate::theme::{ON_VIEW, VIEW_GROUND};
@@ -82,6 +83,10 @@ pub fn show(ui: &mut Ui, rect: Rect, plane: Plane, state: &mut State) {
             }
         }
     }
+    let drawn = |_: &Session, own, points: &[Pos2]| {
+        lasso::through_slice(own, &before.geometry, points, &|at| before.locate(at))
+    };
+    lasso::draw(ui, &response, view, &drawn, state);
     drag(ui, &response, &before, &scan, plane, state);
 
     let now = place(state);
@@ -119,6 +124,7 @@ pub fn show(ui: &mut Ui, rect: Rect, plane: Plane, state: &mut State) {
     let shown = Shown { rect, view, axes, is_seen: &is_seen, project: &project, locate: &locate };
     let change = measure::show(ui, &shown, state);
     measure::put(change, state);
+    lasso::show(ui, rect, view, state);
 }
 
 /// The planes that have a view.
@@ -150,7 +156,7 @@ pub fn projection_word(projection: Projection) -> Word {
 /// What dragging does, as the mouse's profile says. While a tool has the left button, the right one has the window.
 fn drag(ui: &Ui, response: &Response, place: &Place, scan: &Volume, plane: Plane, state: &mut State) {
     let profile = state.settings.mouse.profile();
-    let measures = matches!(state.tool, Tool::Measure(_));
+    let is_taken = matches!(state.tool, Tool::Measure(_) | Tool::Lasso);
     let by = response.drag_delta();
     // Of the window's points.
     let in_mm = |by: Vec2| DVec2::new(by.x.into(), by.y.into()) * place.scale * place.geometry.mm_per_pixel;
@@ -160,7 +166,7 @@ fn drag(ui: &Ui, response: &Response, place: &Place, scan: &Volume, plane: Plane
         return zoom(own, f64::from(touch.zoom_delta.max(1e-3)).ln());
     }
     // A finger has no wheel, and no second button.
-    if ui.input(egui::InputState::any_touches) && !measures && response.dragged() {
+    if ui.input(egui::InputState::any_touches) && !is_taken && response.dragged() {
         let [low, high] = reach_mm(scan, place.geometry.axes[2]);
         let slices = (high - low) / step_mm(scan, place.geometry.axes[2]);
         let by = f64::from(-by.y / place.rect.height()) * slices;
@@ -168,8 +174,8 @@ fn drag(ui: &Ui, response: &Response, place: &Place, scan: &Volume, plane: Plane
     }
     for (button, known) in BUTTONS.into_iter().filter(|(button, _)| response.dragged_by(*button)) {
         let gesture = match button {
-            PointerButton::Primary if measures => None,
-            PointerButton::Secondary if measures => Some(SliceGesture::Window),
+            PointerButton::Primary if is_taken => None,
+            PointerButton::Secondary if is_taken => Some(SliceGesture::Window),
             _ => profile.slice_gesture(known, held(ui)),
         };
         let own = &mut state.slices[plane.index()];

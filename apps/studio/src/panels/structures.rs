@@ -4,7 +4,7 @@ use std::path::PathBuf;
 
 use eframe::egui::{self, Align, Button, Label, RichText, Ui, vec2};
 use lumivox_core::document::{Color, Labels, SceneDocument, Style};
-use lumivox_core::{Labelling, Preset, TransferFunction, UNLABELLED};
+use lumivox_core::{Label as Structure, Labelling, Preset, TransferFunction, UNLABELLED};
 
 use super::look::entry;
 use crate::settings::Settings;
@@ -43,12 +43,8 @@ pub fn show(ui: &mut Ui, state: &mut State) {
         ui.spacing_mut().item_spacing = vec2(4.0, 4.0);
         for (word, is_visible) in [(Word::StructuresAll, true), (Word::StructuresNone, false)] {
             if ui.add(Button::new(state.say(word)).small()).clicked() {
-                let all: Vec<String> = labelling
-                    .labels
-                    .labels()
-                    .iter()
-                    .map(|label| labelling.labels.word_of(label.value))
-                    .collect();
+                let own = labelling.labels.own_labels();
+                let all: Vec<String> = own.map(|label| labelling.labels.word_of(label.value)).collect();
                 state.change(word, |document| {
                     all.iter()
                         .for_each(|label| change(document, label, |style| style.visible = Some(is_visible)));
@@ -66,8 +62,8 @@ pub fn show(ui: &mut Ui, state: &mut State) {
     if ui.checkbox(&mut shows_names, state.say(Word::StructureNames)).changed() {
         state.act(Action::Settings(Settings { shows_names, ..state.settings.clone() }));
     }
-    for index in 0..labelling.labels.labels().len() {
-        row(ui, state, &labelling, index);
+    for label in labelling.labels.own_labels() {
+        row(ui, state, &labelling, label);
     }
 }
 
@@ -106,9 +102,8 @@ fn rest(ui: &mut Ui, state: &mut State, labelling: &Labelling) {
     }
 }
 
-fn row(ui: &mut Ui, state: &mut State, labelling: &Labelling, index: usize) {
+fn row(ui: &mut Ui, state: &mut State, labelling: &Labelling, label: &Structure) {
     let p = palette(state.settings.is_dark);
-    let Some(label) = labelling.labels.labels().get(index) else { return };
     let ml = state.sizes.as_ref().map_or(0.0, |sizes| sizes.millilitres(label.value));
     if ml == 0.0 {
         // Looked for, and not there.

@@ -8,7 +8,7 @@ use lumivox_viewport::{Gesture, pick};
 
 use super::measure::{self, Gestures, Shown};
 use super::views::{BUTTONS, clicked, fingers, held, interact, notches};
-use super::{cube, curve, handles, marks, names};
+use super::{cube, curve, handles, lasso, marks, names};
 use crate::live::Live;
 use crate::session::Session;
 use crate::slices::direction_letters;
@@ -51,6 +51,9 @@ pub fn show(ui: &mut Ui, rect: Rect, state: &mut State, live: Option<&mut Live>)
     names::show(ui, rect, state);
     measurements(ui, rect, state);
     handles::show(ui, rect, state);
+    let drawn = |session: &Session, own, points: &[Pos2]| lasso::through_eye(session, own, rect, points);
+    lasso::draw(ui, &response, ViewId::ThreeD, &drawn, state);
+    lasso::show(ui, rect, ViewId::ThreeD, state);
     cube::show(ui, rect, state);
 }
 
@@ -115,7 +118,9 @@ fn turn(ui: &Ui, response: &Response, rect: Rect, state: &mut State) {
         return curve::drag(state, [by.x, by.y].map(f64::from));
     }
     for (button, known) in BUTTONS {
+        let draws = state.tool == Tool::Lasso && button == PointerButton::Primary;
         if response.dragged_by(button)
+            && !draws
             && let Some(gesture) = profile.gesture(known, held(ui))
         {
             let by = response.drag_delta() / rect.height();

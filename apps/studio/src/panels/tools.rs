@@ -17,6 +17,7 @@ pub fn named(tool: Tool) -> (Word, egui::Key) {
         Tool::Measure(MeasurementKind::Angle) => (Word::Angle, egui::Key::A),
         Tool::Measure(MeasurementKind::Region) => (Word::Region, egui::Key::E),
         Tool::Shape => (Word::Shape, egui::Key::W),
+        Tool::Lasso => (Word::Lasso, egui::Key::L),
     }
 }
 
@@ -67,6 +68,7 @@ fn hint(tool: Tool) -> Word {
         Tool::Measure(MeasurementKind::Angle) => Word::AngleHint,
         Tool::Measure(MeasurementKind::Region) => Word::RegionHint,
         Tool::Shape => Word::ShapeHint,
+        Tool::Lasso => Word::LassoHint,
     }
 }
 

@@ -252,7 +252,8 @@ pub fn keys(context: &egui::Context, state: &mut State) {
         }
         if pressed(Modifiers::NONE, Key::Escape) {
             // First what is being made, then the tool.
-            let tool = if state.draft.is_some() { state.tool } else { Tool::Navigate };
+            let is_made = state.draft.is_some() || state.lasso.is_some();
+            let tool = if is_made { state.tool } else { Tool::Navigate };
             state.take(tool);
         }
         if pressed(Modifiers::NONE, Key::O) {

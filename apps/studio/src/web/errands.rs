@@ -14,6 +14,7 @@ use crate::darkroom::{Darkroom, Exported, Tile};
 use crate::jobs::{Busy, Desk, Job, Wake, elsewhere};
 use crate::opening::{Opened, SharedStudy, Shown, Source, Told};
 use crate::parcel::{Errand, OpenedWords, Packer, Unpacker, Word};
+use crate::session::Wanted;
 use crate::web::{Arrived, expose, leaving, send};
 
 /// Sends an errand, and reads what comes of it. `None` of `read` is what was told of it already.
@@ -108,8 +109,9 @@ pub fn phantom(size: usize, wake: Wake) -> Job<Told> {
     opening(Errand::Phantom(size), None, wake)
 }
 
-/// Finds what of scans is shown.
-pub fn show(document: SceneDocument, scans: Vec<Arc<Volume>>, wake: Wake) -> Job<Shown> {
+/// Finds what of scans is shown: all of it anew, for a Worker keeps nothing.
+pub fn show(wanted: Wanted, wake: Wake) -> Job<Shown> {
+    let Wanted { document, scans, .. } = wanted;
     let mut packer = Packer::default();
     let scans = scans.iter().map(|scan| packer.volume(scan)).collect();
     // A document that came here as text goes as text.

@@ -7,6 +7,7 @@ mod arrivals;
 mod cuts;
 mod first_start;
 mod keeping;
+mod lasso;
 mod leaders;
 mod looks;
 mod measure;

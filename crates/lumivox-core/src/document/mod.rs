@@ -24,6 +24,8 @@ mod words;
 
 use serde::{Deserialize, Serialize};
 
+use crate::lasso::{Lasso, MOST_LASSOS};
+
 pub use self::{
     color::Color,
     light::{Bulb, Falloff, Lighting, SpotCone, Surroundings},
@@ -117,6 +119,10 @@ pub struct Entry {
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     #[cfg_attr(test, schemars(length(max = crate::MOST_CLIP_SHAPES)))]
     pub clip_shapes: Vec<Shape>,
+    /// Lines that were drawn in pictures of it, and cut away what they enclose.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    #[cfg_attr(test, schemars(length(max = MOST_LASSOS)))]
+    pub lassos: Vec<Lasso>,
     /// Which of its voxels are what, and how each looks.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub labels: Option<Labels>,
@@ -261,6 +267,12 @@ impl Entry {
                 self.clip_shapes.len(),
                 crate::MOST_CLIP_SHAPES
             )
+        });
+        for (index, lasso) in self.lassos.iter().enumerate() {
+            faults.within(&["lassos".into(), index.into()], |faults| parts::check_lasso(lasso, faults));
+        }
+        faults.unless(self.lassos.len() <= MOST_LASSOS, "lassos", || {
+            format!("there are {} lassos, of which {MOST_LASSOS} are possible", self.lassos.len())
         });
         if let Some(labels) = &self.labels {
             faults.within(&["labels".into()], |faults| labels.check(faults));

@@ -13,6 +13,7 @@ use super::{
 };
 use crate::{
     classification::{ClipKind, ClipShape, LabelStyle},
+    lasso::{Lasso, MOST_LASSO_POINTS},
     medium::SurfaceReflection,
     presets::Preset,
     transfer_function::TransferFunction,
@@ -70,6 +71,18 @@ impl Shape {
 
     pub(super) fn check(&self, faults: &mut Faults) {
         faults.matrix("from_shape", Some(&self.from_shape));
+    }
+}
+
+/// Looks for what is wrong with a lasso.
+pub(super) fn check_lasso(lasso: &Lasso, faults: &mut Faults) {
+    faults.matrix("from_picture", Some(&lasso.from_picture));
+    let count = lasso.points.len();
+    faults.unless((3..=MOST_LASSO_POINTS).contains(&count), "points", || {
+        format!("there are {count} points, where 3 to {MOST_LASSO_POINTS} are needed")
+    });
+    for number in lasso.points.as_flattened() {
+        faults.number("points", Some(*number), ranges::COORDINATE);
     }
 }
 

@@ -60,6 +60,7 @@ impl SceneDocument {
 impl Entry {
     fn of(instance: &VolumeInstance) -> Self {
         let [low, high] = instance.clip_box;
+        let labels = instance.labels.as_ref().map(|labelling| &labelling.labels);
         Self {
             scan: instance.volume.source().cloned().unwrap_or_default(),
             look: Look::of_medium(&instance.medium),
@@ -67,7 +68,8 @@ impl Entry {
             layers: instance.layers,
             clip: ((low, high) != (DVec3::ZERO, DVec3::ONE)).then(|| [low.to_array(), high.to_array()]),
             clip_shapes: instance.clip_shapes.iter().map(Shape::of).collect(),
-            labels: instance.labels.as_ref().map(labels_of),
+            lassos: labels.and_then(|labels| labels.cut_away()).map_or(vec![], |cut| cut.lassos.clone()),
+            labels: instance.labels.as_ref().filter(|own| own.labels.has_own()).map(labels_of),
             peel: instance.peel.as_ref().map(|peel| peel.mm),
         }
     }
@@ -76,10 +78,11 @@ impl Entry {
 fn labels_of(labelling: &Labelling) -> Labels {
     let style = |(value, style): &(u8, _)| Style::of(labelling.labels.word_of(*value), style);
     let source = labelling.labels.source();
+    let cut = labelling.labels.cut_away().map(|cut| cut.value);
     Labels {
         files: source.map(|source| source.files.clone()).unwrap_or_default(),
         table: source.and_then(|source| source.table.clone()),
         content: None,
-        styles: labelling.styles.iter().map(style).collect(),
+        styles: labelling.styles.iter().filter(|(value, _)| Some(*value) != cut).map(style).collect(),
     }
 }

@@ -6,6 +6,7 @@ use godot::classes::{IResource, Resource};
 use godot::prelude::*;
 use godot::register::info::{PropertyHint, PropertyHintInfo, PropertyInfo, PropertyUsageFlags};
 use lumivox_core::document::Style;
+use lumivox_core::labels::CutAway;
 use lumivox_core::medium::{MAX_DENSITY_SCALE, SurfaceReflection};
 use lumivox_core::spelling::edit_distance;
 use lumivox_core::{CancelToken, LabelStyle, LabelVolume, Labelling, Progress, Volume};
@@ -289,6 +290,9 @@ impl LumivoxLabels {
         if let Some(source) = labels.source() {
             stored::put_label_source(&mut stored, source);
         }
+        if let Some(text) = labels.cut_away().and_then(|cut| serde_json::to_string(cut).ok()) {
+            stored.set("cut_away", text.as_str());
+        }
         let exact = |look: &Look| look.exact.as_ref().map(|exact| Style::of(look.value.to_string(), exact));
         let exact: Vec<Style> = self.looks.iter().filter_map(exact).collect();
         if let Some(text) = serde_json::to_string(&exact).ok().filter(|_| !exact.is_empty()) {
@@ -445,7 +449,7 @@ impl LumivoxLabels {
         let labels = self.labels.clone()?;
         let styles = self.looks.iter().map(|look| (look.value, look.style(of_volume)));
         let styles = styles.filter(|(_, style)| *style != LabelStyle::default()).collect();
-        Some(Labelling { labels, styles })
+        Some(Labelling { labels, styles }.without_cut())
     }
 }
 
@@ -493,9 +497,14 @@ fn from_dictionary(stored: &VarDictionary) -> Result<LabelVolume, String> {
     let voxels = volume.voxels().as_bytes().to_vec();
     let labels = LabelVolume::new(volume.dims(), voxels, place, table.collect());
     let labels = labels.map_err(|error| error.to_string())?;
-    Ok(match stored::label_source(stored) {
+    // Older files have neither.
+    let labels = match stored::label_source(stored) {
         Some(source) => labels.with_source(source),
-        // Older files have none.
         None => labels,
+    };
+    let text = stored.get("cut_away").map(|text| text.stringify().to_string()).unwrap_or_default();
+    Ok(match serde_json::from_str::<CutAway>(&text) {
+        Ok(cut) => labels.with_cut(cut),
+        Err(_) => labels,
     })
 }

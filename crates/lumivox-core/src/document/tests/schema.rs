@@ -113,6 +113,10 @@ fn whole() -> Vec<Value> {
         &mut written["volumes"][0],
         json!({
             "peel": 3,
+            "lassos": [{
+                "from_picture": [[1, 0, 0, 5], [0, 1, 0, 6], [0, 0, 1, 7]], "parallel": true, "inverted": true,
+                "points": [[0, 0], [1, 0], [0, 1]]
+            }],
             "look": {
                 "transfer_function": curve, "gradients": [{"per_mm": 30, "transfer_function": curve}],
                 "window": [40, 400], "density": 0.5, "albedo": 0.9, "anisotropy": 0.1, "bounces": 20,
@@ -178,7 +182,7 @@ fn limits(schema: &Value, found: &mut Vec<f64>) {
 /// What depends on more than one number: the check alone says it.
 fn depends(at: &str) -> bool {
     // Low corners below high ones, inner angles below outer ones, what is turned back, how many pixels, no direction.
-    ["/clip/", "/inner_half_angle", "/half_angle", "world_from", "/from_shape/", "/film/size/", "/direction/"]
+    ["/clip/", "/inner_half_angle", "/half_angle", "world_from", "/from_", "/film/size/", "/direction/"]
         .iter()
         .any(|part| at.contains(part))
 }
@@ -237,11 +241,20 @@ fn schema_and_check_refuse_the_same_lists() {
     let row = json!({"per_mm": 1, "transfer_function": curve});
     let many = |one: &Value, count: usize| Value::Array(vec![one.clone(); count]);
     let scan = json!({"files": ["a"]});
+    let point = json!([0, 1]);
+    let lasso = |points: usize| {
+        json!({"from_picture": [[1, 0, 0, 0], [0, 1, 0, 0], [0, 0, 1, 0]], "points": many(&point, points)})
+    };
     let look = |gradients: usize| json!({"scan": scan, "look": {"transfer_function": curve, "gradients": many(&row, gradients)}});
     for (is_right, entry) in [
         (true, json!({"scan": scan})),
         (true, json!({"scan": scan, "clip_shapes": many(&plane, 1024)})),
         (false, json!({"scan": scan, "clip_shapes": many(&plane, 1025)})),
+        (true, json!({"scan": scan, "lassos": many(&lasso(4096), 1)})),
+        (true, json!({"scan": scan, "lassos": many(&lasso(3), 256)})),
+        (false, json!({"scan": scan, "lassos": many(&lasso(3), 257)})),
+        (false, json!({"scan": scan, "lassos": [lasso(2)]})),
+        (false, json!({"scan": scan, "lassos": [lasso(4097)]})),
         (true, look(32)),
         (false, look(33)),
         (false, json!({"scan": {"files": []}})),
@@ -266,6 +279,7 @@ fn schema_and_check_refuse_the_same_lists() {
 fn rows(schema: &Value) -> Vec<String> {
     let blocks = [
         ("Entry", "a volume"),
+        ("Lasso", "`lassos`"),
         ("Scan", "`scan`"),
         ("TakenOff", "`taken_off`"),
         ("Look", "`look`"),
