@@ -205,8 +205,9 @@ impl App {
             (Ask::Light, Some(file)) => light::open(&mut self.state, file),
             (Ask::SaveScene(_), Some(file)) => {
                 let file = with_extension(file, &["lumivox", "json"]);
+                let slices = self.state.slices();
                 if let Some(session) = &mut self.state.session {
-                    match session.save(&file) {
+                    match session.save(&file, slices) {
                         Ok(()) => {
                             if let Some(rescue) = &mut self.rescue {
                                 rescue.clear();

@@ -5,7 +5,7 @@ use std::path::{Path, PathBuf};
 use std::sync::Arc;
 use std::sync::atomic::{AtomicU64, Ordering};
 
-use lumivox_core::document::{Entry, Keep, SceneDocument, Surroundings, TakenOff, View};
+use lumivox_core::document::{Entry, Keep, SceneDocument, Slices, Surroundings, TakenOff, View};
 use lumivox_core::glam::{DMat3, DVec3};
 use lumivox_core::{
     EnvironmentMap, EnvironmentSource, Lasso, Orbit, PerspectiveCamera, Preset, Scene, Volume, framing,
@@ -427,14 +427,18 @@ impl Session {
         !self.asked_of.is_of(document)
     }
 
+    /// The document, with how slices are seen: that is no command, and no work that would be asked about.
+    pub fn document_with(&self, slices: Slices) -> SceneDocument {
+        SceneDocument { slices: Some(slices), ..self.document().clone() }
+    }
+
     /// Writes the scene's file.
     ///
     /// # Errors
     /// A sentence that names the file.
-    pub fn save(&mut self, file: &Path) -> Result<(), String> {
-        let document = self.document().clone();
-        files::save_scene(file, &document, &self.scene)?;
-        self.saved = document;
+    pub fn save(&mut self, file: &Path, slices: Slices) -> Result<(), String> {
+        files::save_scene(file, &self.document_with(slices), &self.scene)?;
+        self.saved = self.document().clone();
         Ok(())
     }
 }

@@ -6,7 +6,7 @@ use std::path::PathBuf;
 use std::sync::Arc;
 
 use eframe::egui::{Rect, TextureHandle};
-use lumivox_core::document::{Backdrop, Film, Measurement, MeasurementKind, SceneDocument};
+use lumivox_core::document::{self, Backdrop, Film, Measurement, MeasurementKind, SceneDocument};
 use lumivox_core::glam::{DMat3, DQuat, DVec2, DVec3};
 use lumivox_core::{Labelling, Orbit, Preset};
 use lumivox_import::SeriesSummary;
@@ -22,7 +22,9 @@ use crate::panels::lasso::Drawing;
 use crate::panels::names::Named;
 use crate::session::Session;
 use crate::settings::Settings;
-use crate::slices::{Axes, Geometry, Plane, Slab, Window, bounds_mm, reach_mm, step_mm, window_for};
+use crate::slices::{
+    Axes, Geometry, Plane, Projection, Slab, Window, bounds_mm, reach_mm, step_mm, window_for,
+};
 use crate::words::Word;
 
 /// One of the views.
@@ -449,7 +451,51 @@ impl State {
         self.tiles.clear();
         (self.probe, self.failed, self.done) = (None, None, None);
         self.shows_all_notes = false;
+        if let Some(slices) = session.document().slices {
+            self.see(&slices);
+        }
         self.session = Some(session);
+    }
+
+    /// How slices are seen, as documents say it: of odd values what is in the range of those.
+    pub fn slices(&self) -> document::Slices {
+        let thickness = self.slab.thickness_mm;
+        let shows = match self.slab.projection {
+            Projection::Thin => None,
+            Projection::Maximum => Some(document::Seen::Maximum),
+            Projection::Mean => Some(document::Seen::Mean),
+            Projection::Minimum => Some(document::Seen::Minimum),
+        };
+        let [right, down, _] = self.axes(Plane::Oblique).map(|axis| axis.to_array());
+        document::Slices {
+            cross: self.cross.clamp(DVec3::splat(-1e9), DVec3::splat(1e9)).to_array(),
+            window: [self.window[0].clamp(-1e9, 1e9), self.window[1].clamp(1e-9, 1e9)],
+            slab: shows.map(|shows| document::Slab { shows, thickness: thickness.clamp(1e-3, 1e4) }),
+            oblique: self.shows_oblique.then_some([right, down]),
+        }
+    }
+
+    /// Slices are seen as a document says.
+    fn see(&mut self, slices: &document::Slices) {
+        self.cross = DVec3::from_array(slices.cross);
+        self.window = slices.window;
+        if let Some(slab) = slices.slab {
+            let projection = match slab.shows {
+                document::Seen::Maximum => Projection::Maximum,
+                document::Seen::Mean => Projection::Mean,
+                document::Seen::Minimum => Projection::Minimum,
+            };
+            self.slab = Slab { projection, thickness_mm: slab.thickness };
+        }
+        self.shows_oblique = slices.oblique.is_some();
+        if let Some([right, down]) = slices.oblique.map(|axes| axes.map(DVec3::from_array)) {
+            let right = right.normalize_or(DVec3::X);
+            let normal = right.cross(down).normalize_or(DVec3::Y);
+            let [x, y, z] = Plane::Oblique.axes();
+            let own = DMat3::from_cols(right, normal.cross(right), normal);
+            let turn = own * DMat3::from_cols(x, y, z).transpose();
+            self.oblique = DQuat::from_mat3(&turn).normalize();
+        }
     }
 
     /// Shows a view alone, or all again.

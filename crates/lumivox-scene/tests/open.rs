@@ -136,7 +136,10 @@ fn lassos_cut_spare_and_are_written_down() {
     let style = |label: &str| Style { label: label.into(), ..Style::default() };
     document.volumes[0].labels = Some(Labels {
         files: vec!["labels.nrrd".into()],
-        styles: vec![Style { clipped: Some(false), ..style("2") }, Style { visible: Some(true), ..style("*") }],
+        styles: vec![
+            Style { clipped: Some(false), ..style("2") },
+            Style { visible: Some(true), ..style("*") },
+        ],
         ..Labels::default()
     });
     let spared = opened(&document, folder.path(), &Silent);

@@ -87,7 +87,7 @@ impl App {
         if now - self.looked_at >= EVERY_SECONDS {
             self.looked_at = now;
             if session.is_changed() {
-                rescue.keep(session.document());
+                rescue.keep(&session.document_with(self.state.slices()));
             }
         }
         // A view that rests is looked at again, too. Any frame between forgets what the one before asked for.

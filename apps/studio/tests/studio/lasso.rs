@@ -45,7 +45,8 @@ fn what_a_line_is_drawn_around_is_cut_away() {
     let view_3d = view(studio, "3D");
     // The upper left of the picture: the head's right half above the eyes, and what lies behind that.
     let part = egui::Rect::from_min_max(view_3d.min + egui::vec2(40.0, 30.0), view_3d.center());
-    let middle = egui::Rect::from_center_size(view_3d.center() - egui::vec2(45.0, 80.0), egui::vec2(30.0, 30.0));
+    let middle =
+        egui::Rect::from_center_size(view_3d.center() - egui::vec2(45.0, 80.0), egui::vec2(30.0, 30.0));
     let before = seen(studio, "40-before-the-lasso", middle);
     let orbit = session(studio).orbit();
     studio.key_press(Key::L);
@@ -126,7 +127,8 @@ fn a_line_in_a_slice_cuts_square_to_it_and_structures_stay() {
     click(studio, "Structures");
     click(studio, "Find in the scan");
     settle(studio);
-    let labels = |studio: &Studio| session(studio).scene().0.volumes[0].labels.as_ref().unwrap().labels.clone();
+    let labels =
+        |studio: &Studio| session(studio).scene().0.volumes[0].labels.as_ref().unwrap().labels.clone();
     let found = labels(studio);
     studio.key_press(Key::L);
     studio.run_steps(2);

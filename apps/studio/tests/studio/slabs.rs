@@ -69,7 +69,7 @@ fn letters_say_where_a_turned_plane_looks() {
 #[test]
 fn an_oblique_slice_is_turned_by_its_handles_and_shares_the_cross() {
     let _alone = alone();
-    let (mut studio, _, _folder) = with_head(32);
+    let (mut studio, answers, folder) = with_head(32);
     let studio = &mut studio;
     click(studio, "Oblique");
     studio.run_steps(2);
@@ -130,6 +130,23 @@ fn an_oblique_slice_is_turned_by_its_handles_and_shares_the_cross() {
     studio.run_steps(2);
     let moved = studio.state().state.cross - hit;
     assert!((moved - axes[2] * moved.dot(axes[2])).length() < 1e-9 && moved.length() > 1.0, "{moved}");
+
+    // A scene's file has all of that, though it is no work that would be asked about.
+    let state = &mut studio.state_mut().state;
+    state.slab = Slab { projection: Projection::Mean, thickness_mm: 7.5 };
+    state.window = [300.25, 1200.5];
+    let kept = (state.cross, state.axes(Plane::Oblique), state.slab, state.window);
+    assert!(!session(studio).has_work());
+    let file = folder.path().join("seen.lumivox");
+    answers.next(&file);
+    studio.key_press_modifiers(Modifiers::COMMAND, Key::S);
+    settle(studio);
+    click(studio, "Oblique");
+    open(studio, &[&file]);
+    let state = &studio.state().state;
+    assert!(state.shows_oblique);
+    assert_eq!((state.cross, state.slab, state.window), (kept.0, kept.2, kept.3));
+    assert!(state.axes(Plane::Oblique).iter().zip(kept.1).all(|(own, was)| (*own - was).length() < 1e-9));
 
     // Two clicks make it fill the window, two more bring all back.
     for wanted in [Layout::One, Layout::Grid] {

@@ -19,6 +19,7 @@ pub(crate) mod ranges;
 mod read;
 mod saved;
 mod scan;
+mod slices;
 mod view;
 mod words;
 
@@ -36,6 +37,7 @@ pub use self::{
     parts::{Labels, Shape, Space, Style},
     saved::Unsaved,
     scan::{Keep, Scan, TakenOff},
+    slices::{Seen, Slab, Slices},
     view::{Backdrop, Display, Film, Tone, View},
     words::DocumentError,
 };
@@ -75,6 +77,9 @@ pub struct SceneDocument {
     /// What was measured in the first scan. No picture shows it.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub measurements: Vec<Measurement>,
+    /// How slices of the first scan are seen beside the picture, which shows none.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub slices: Option<Slices>,
 }
 
 impl Default for SceneDocument {
@@ -89,6 +94,7 @@ impl Default for SceneDocument {
             film: Film::default(),
             display: Display::default(),
             measurements: vec![],
+            slices: None,
         }
     }
 }
@@ -241,6 +247,9 @@ impl SceneDocument {
         faults.within(&["display".into()], |faults| self.display.check(faults));
         for (index, measurement) in self.measurements.iter().enumerate() {
             faults.within(&["measurements".into(), index.into()], |faults| measurement.check(faults));
+        }
+        if let Some(slices) = &self.slices {
+            faults.within(&["slices".into()], |faults| slices.check(faults));
         }
         faults.first()
     }

@@ -48,6 +48,7 @@ pub const SHIFT: Range = Range::of(-1e9, 1e9);
 pub const WINDOW_SCALE: Range = Range::of(0.01, 100.0);
 pub const LEVEL: Range = Range::of(-1e9, 1e9);
 pub const WIDTH: Range = Range::of(1e-9, 1e9);
+pub const THICKNESS: Range = Range::of(1e-3, 1e4);
 pub const DENSITY: Range = Range::of(0.0, MAX_DENSITY_SCALE);
 pub const ANISOTROPY: Range = Range::of(-0.99, 0.99);
 pub const BOUNCES: Range = Range::of(1.0, 1000.0);

@@ -138,6 +138,10 @@ fn whole() -> Vec<Value> {
     add(&mut written["film"], json!({"size": [320, 240], "samples": 16, "seed": 3, "noise": 0.02}));
     add(&mut written["camera"], json!({"azimuth": 20, "elevation": 10, "zoom": 1.5, "target": [1, 2, 3]}));
     add(&mut written, json!({"measurements": [{"kind": "distance", "points": [[1, 2, 3], [4, 5, 6]]}]}));
+    let slab = json!({"shows": "mean", "thickness": 10});
+    let oblique = json!([[1, 0, 0], [0, 1, 0]]);
+    let slices = json!({"cross": [1, 2, 3], "window": [40, 400], "slab": slab, "oblique": oblique});
+    add(&mut written, json!({"slices": slices}));
     written["lights"][1]["lamp"]["falloff"] = json!({"relative": {"range": 500}});
     written["lights"][2]["lamp"]["falloff"] = json!({"power": {"range": 500, "decay": 2}});
     let mut other = written.clone();
@@ -182,9 +186,18 @@ fn limits(schema: &Value, found: &mut Vec<f64>) {
 /// What depends on more than one number: the check alone says it.
 fn depends(at: &str) -> bool {
     // Low corners below high ones, inner angles below outer ones, what is turned back, how many pixels, no direction.
-    ["/clip/", "/inner_half_angle", "/half_angle", "world_from", "/from_", "/film/size/", "/direction/"]
-        .iter()
-        .any(|part| at.contains(part))
+    [
+        "/clip/",
+        "/inner_half_angle",
+        "/half_angle",
+        "world_from",
+        "/from_",
+        "/film/size/",
+        "/direction/",
+        "/oblique/",
+    ]
+    .iter()
+    .any(|part| at.contains(part))
 }
 
 /// At every number of a document, each limit of any field, and what lies just beyond it: schema and check refuse the same.
@@ -242,9 +255,7 @@ fn schema_and_check_refuse_the_same_lists() {
     let many = |one: &Value, count: usize| Value::Array(vec![one.clone(); count]);
     let scan = json!({"files": ["a"]});
     let point = json!([0, 1]);
-    let lasso = |points: usize| {
-        json!({"from_picture": [[1, 0, 0, 0], [0, 1, 0, 0], [0, 0, 1, 0]], "points": many(&point, points)})
-    };
+    let lasso = |points: usize| json!({"from_picture": [[1, 0, 0, 0], [0, 1, 0, 0], [0, 0, 1, 0]], "points": many(&point, points)});
     let look = |gradients: usize| json!({"scan": scan, "look": {"transfer_function": curve, "gradients": many(&row, gradients)}});
     for (is_right, entry) in [
         (true, json!({"scan": scan})),
@@ -295,6 +306,8 @@ fn rows(schema: &Value) -> Vec<String> {
         ("Film", "`film`"),
         ("Display", "`display`"),
         ("Measurement", "`measurements`"),
+        ("Slices", "`slices`"),
+        ("Slab", "`slab`"),
     ];
     let row = |(definition, name): &(&str, &str)| {
         let mut ranges = vec![];
