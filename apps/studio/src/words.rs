@@ -60,6 +60,7 @@ words! {
     ArchiveDescription: "Description" / "Beschreibung";
     ArchiveImages: "Images" / "Bilder";
     ArchiveSearch: "Search" / "Suchen";
+    ArchiveStop: "Stop asking" / "Nicht weiter fragen";
     ArchiveStudies: "Studies" / "Studien";
     ArchiveNone: "No study matches." / "Keine Studie passt.";
     ArchiveMore: "The first studies; there are more" / "Die ersten Studien; es gibt weitere";

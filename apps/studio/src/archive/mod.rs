@@ -42,6 +42,7 @@ pub struct Archive {
     searching: Option<Job<Result<(Server, Studies), String>>>,
     listing: Option<Job<Result<Vec<SeriesEntry>, String>>>,
     fetching: Option<Job<Result<PathBuf, String>>>,
+    forgetting: Option<Job<Result<(), String>>>,
     /// What the archive found, and whom that was.
     found: Option<(Server, Studies)>,
     study: Option<StudyEntry>,
@@ -64,6 +65,7 @@ impl Archive {
             searching: None,
             listing: None,
             fetching: None,
+            forgetting: None,
             found: None,
             study: None,
             series: vec![],
@@ -83,10 +85,15 @@ impl Archive {
         if state.dialog != Some(Dialog::Archive) {
             // Who closes it waits for nothing any more.
             self.asks_to_forget = false;
-            self.searching = None;
-            if self.listing.take().is_some() {
-                self.study = None;
-            }
+            self.stop_asking();
+        }
+    }
+
+    /// Waits for no answer any more.
+    fn stop_asking(&mut self) {
+        self.searching = None;
+        if self.listing.take().is_some() {
+            self.study = None;
         }
     }
 
@@ -115,8 +122,13 @@ impl Archive {
         self.fetching = None;
     }
 
-    fn is_busy(&self) -> bool {
+    fn is_asking(&self) -> bool {
         self.searching.is_some() || self.listing.is_some()
+    }
+
+    /// Whether images may still come to where they are kept, or go from there.
+    fn is_keeping(&self) -> bool {
+        self.fetching.is_some() || self.forgetting.is_some()
     }
 
     /// What the archive has said.
@@ -147,6 +159,9 @@ impl Archive {
                 }
                 Err(why) => self.failed = Some(why),
             }
+        }
+        if let Some(told) = told(&mut self.forgetting) {
+            self.failed = told.unwrap_or_else(|| Err(stopped())).err().or(self.failed.take());
         }
     }
 
@@ -192,8 +207,11 @@ impl Archive {
         }));
     }
 
-    /// The series that is chosen.
+    /// The series that is chosen; none while what came is deleted.
     fn request(&self) -> Option<Request> {
+        if self.forgetting.is_some() {
+            return None;
+        }
         let ((server, _), study, chosen) =
             (self.found.as_ref()?, self.study.as_ref()?, self.chosen.as_ref()?);
         let series = self.series.iter().find(|series| series.uid == *chosen)?.clone();
@@ -203,14 +221,17 @@ impl Archive {
     }
 
     /// Deletes all images that came.
-    fn forget(&mut self) {
-        let Some(folder) = &self.folder else { return };
-        match fs::remove_dir_all(folder) {
-            Err(error) if error.kind() != ErrorKind::NotFound => {
-                self.failed = Some(format!("{}: {error}", folder.display()));
-            }
-            _ => {}
-        }
+    fn forget(&mut self, wake: &Wake) {
+        let Some(folder) = self.folder.clone() else { return };
+        // There may be tens of thousands.
+        self.forgetting = Some(start("delete what came", wake.clone(), move |desk: &Desk<_>| {
+            desk.tell(match fs::remove_dir_all(&folder) {
+                Err(error) if error.kind() != ErrorKind::NotFound => {
+                    Err(format!("{}: {error}", folder.display()))
+                }
+                _ => Ok(()),
+            });
+        }));
     }
 }
 

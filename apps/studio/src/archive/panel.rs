@@ -29,9 +29,9 @@ pub fn show(archive: &mut Archive, context: &egui::Context, state: &mut State, w
         ui.add_space(8.0);
         let opens = answers(ui, archive, state, &p, wake);
         ui.add_space(6.0);
-        kept(ui, archive, state, &p);
+        kept(ui, archive, state, &p, wake);
         let (opened, closed) = buttons(ui, |ui| {
-            let is_chosen = archive.chosen.is_some();
+            let is_chosen = archive.request().is_some();
             let opened = ui.add_enabled(is_chosen, primary(&p, state.say(Word::ArchiveOpen))).clicked();
             (opened, ui.button(state.say(Word::Close)).clicked())
         });
@@ -81,8 +81,11 @@ fn questions(ui: &mut Ui, archive: &mut Archive, state: &State, p: &Palette) -> 
                 egui::Button::new(state.say(Word::ArchiveSearch)),
             )
             .clicked();
-        if archive.is_busy() {
+        if archive.is_asking() {
             ui.spinner();
+            if ui.add(egui::Button::new(state.say(Word::ArchiveStop)).small()).clicked() {
+                archive.stop_asking();
+            }
         }
         let is_open =
             Server::new(&archive.address, Login::Nobody).is_ok_and(|server| server.is_open_to_readers());
@@ -203,13 +206,13 @@ fn write(ui: &Ui, rect: Rect, columns: &[f32], cells: &[impl AsRef<str>], (font,
 }
 
 /// Where images lie that came, and how they go.
-fn kept(ui: &mut Ui, archive: &mut Archive, state: &State, p: &Palette) {
+fn kept(ui: &mut Ui, archive: &mut Archive, state: &State, p: &Palette, wake: &Wake) {
     let Some(folder) = archive.folder.clone() else {
         ui.label(RichText::new(state.say(Word::ArchiveNoFolder)).color(p.warning));
         return;
     };
     // They may all be on their way.
-    let can_go = folder.is_dir() && archive.fetching.is_none();
+    let can_go = folder.is_dir() && !archive.is_keeping();
     ui.horizontal(|ui| {
         if archive.asks_to_forget && can_go {
             // Not where the hand is already.
@@ -218,7 +221,7 @@ fn kept(ui: &mut Ui, archive: &mut Archive, state: &State, p: &Palette) {
             }
             ui.label(RichText::new(state.say(Word::ArchiveForgetWhy)).small().color(p.warning));
             if ui.add(egui::Button::new(state.say(Word::ArchiveForgetAll)).small()).clicked() {
-                archive.forget();
+                archive.forget(wake);
                 archive.asks_to_forget = false;
             }
             return;
