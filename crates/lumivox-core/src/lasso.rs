@@ -307,7 +307,7 @@ mod tests {
         let [own] = labels.labels() else { panic!("one label") };
         assert_eq!(labels.counts()[usize::from(own.value)], wanted as u64);
         assert!(!Labelling::new(labels.clone()).style(own.value).visible);
-        assert_eq!(labels.cut_away().unwrap().lassos, [lasso.clone()]);
+        assert_eq!(labels.cut_away().unwrap().lassos, std::slice::from_ref(&lasso));
         // What was kept is what is cut of the inverted one, and of two lassos all that any cuts.
         let rest = Lasso { inverted: true, ..lasso.clone() };
         let other = cut(None, std::slice::from_ref(&rest), &[]).unwrap();

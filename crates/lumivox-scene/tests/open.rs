@@ -128,7 +128,7 @@ fn lassos_cut_spare_and_are_written_down() {
     let value = labelling.labels.cut_away().unwrap().value;
     assert!(!labelling.style(value).visible && labelling.style(0).visible);
     let written = SceneDocument::of(&first.scene).unwrap();
-    assert_eq!(written.volumes[0].lassos, [lasso.clone()]);
+    assert_eq!(written.volumes[0].lassos, std::slice::from_ref(&lasso));
     assert!(written.volumes[0].labels.is_none(), "they are nobody's labels");
 
     // With labels those come back, too; the ones that cuts spare are whole, and a style for all does not bring back what is cut.
