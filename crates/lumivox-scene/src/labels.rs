@@ -6,7 +6,7 @@ use std::{
 };
 
 use lumivox_core::{
-    CancelToken, LabelVolume, Labelling, SurfaceReflection, Volume,
+    CancelToken, LabelVolume, Labelling, Progress, SurfaceReflection, Volume,
     document::{Entry, Labels, Style},
     lasso::{LassoError, cut_by_lassos},
 };
@@ -114,6 +114,10 @@ pub fn cut(
     cancel: &CancelToken,
 ) -> Result<Option<Arc<LabelVolume>>, OpenErrorKind> {
     let mut spared = [false; 256];
+    if entry.lassos.is_empty() {
+        let uncut = cut_by_lassos(volume, labels, &[], &spared, Progress::SILENT, cancel);
+        return uncut.map_err(|error| OpenErrorKind::Wrong(error.to_string()));
+    }
     if let (Some(labels), Some(named)) = (labels, &entry.labels) {
         let numbers = labels.numbers();
         for style in &named.styles {

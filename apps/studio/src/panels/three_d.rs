@@ -50,7 +50,10 @@ pub fn show(ui: &mut Ui, rect: Rect, state: &mut State, live: Option<&mut Live>)
     turn(ui, &response, rect, state);
     names::show(ui, rect, state);
     measurements(ui, rect, state);
-    handles::show(ui, rect, state);
+    // They would be in the way of a line that begins on one.
+    if state.tool != Tool::Lasso {
+        handles::show(ui, rect, state);
+    }
     let drawn = |session: &Session, own, points: &[Pos2]| lasso::through_eye(session, own, rect, points);
     lasso::draw(ui, &response, ViewId::ThreeD, &drawn, state);
     lasso::show(ui, rect, ViewId::ThreeD, state);

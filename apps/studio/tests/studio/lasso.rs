@@ -125,7 +125,7 @@ fn a_line_in_a_slice_cuts_square_to_it_and_structures_stay() {
     let (mut studio, _, _folder) = with_head(32);
     let studio = &mut studio;
     click(studio, "Structures");
-    click(studio, "Find in the scan");
+    click(studio, "Find in this scan");
     settle(studio);
     let labels =
         |studio: &Studio| session(studio).scene().0.volumes[0].labels.as_ref().unwrap().labels.clone();

@@ -147,6 +147,7 @@ fn an_oblique_slice_is_turned_by_its_handles_and_shares_the_cross() {
     assert!(state.shows_oblique);
     assert_eq!((state.cross, state.slab, state.window), (kept.0, kept.2, kept.3));
     assert!(state.axes(Plane::Oblique).iter().zip(kept.1).all(|(own, was)| (*own - was).length() < 1e-9));
+    studio.state_mut().state.slab = Slab::default();
 
     // Two clicks make it fill the window, two more bring all back.
     for wanted in [Layout::One, Layout::Grid] {
