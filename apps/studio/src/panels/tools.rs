@@ -28,8 +28,8 @@ pub fn show(ui: &mut Ui, state: &mut State) {
         ui.set_width(ui.available_width());
         // All of it in one line of a usual window.
         ui.style_mut().text_styles.insert(egui::TextStyle::Button, egui::FontId::proportional(13.0));
-        ui.spacing_mut().button_padding = egui::vec2(7.0, 3.0);
-        ui.spacing_mut().item_spacing = egui::vec2(4.0, 4.0);
+        ui.spacing_mut().button_padding = egui::vec2(5.5, 3.0);
+        ui.spacing_mut().item_spacing = egui::vec2(2.5, 4.0);
         ui.spacing_mut().interact_size.y = 24.0;
         ui.horizontal_wrapped(|ui| {
             for tool in Tool::ALL {
