@@ -107,7 +107,8 @@ fn what_a_line_is_drawn_around_is_cut_away() {
     open(studio, &[&file]);
     assert_eq!(lassos(studio), kept);
     let again = seen(studio, "43-opened-again", middle);
-    assert!(again < 0.4 * before, "{before} {again}");
+    // Handles stand there again.
+    assert!(again < 0.6 * before, "{before} {again}");
 
     // All is there again.
     click(studio, "Cut");
