@@ -19,6 +19,8 @@ pub struct Live {
     state: RenderState,
     samples: u32,
     most_pixels: u32,
+    /// The version of the scene that kernels are made for already.
+    prepared: Option<u64>,
 }
 
 impl Live {
@@ -29,7 +31,14 @@ impl Live {
         let view = viewport.texture().create_view(&Default::default());
         let texture =
             state.renderer.write().register_native_texture(&state.device, &view, wgpu::FilterMode::Linear);
-        Self { viewport, texture, state: state.clone(), samples: SAMPLES, most_pixels: u32::MAX }
+        Self {
+            viewport,
+            texture,
+            state: state.clone(),
+            samples: SAMPLES,
+            most_pixels: u32::MAX,
+            prepared: None,
+        }
     }
 
     /// The interface's name of the texture.
@@ -65,6 +74,15 @@ impl Live {
     /// The view, to set its pace.
     pub fn viewport_mut(&mut self) -> &mut Viewport {
         &mut self.viewport
+    }
+
+    /// Makes what a session's scene is drawn with, once, while it is looked for what is shown of it.
+    pub fn prepare(&mut self, session: &Session) {
+        let (scene, version) = session.scene();
+        if self.prepared != Some(version) {
+            self.viewport.prepare(scene);
+            self.prepared = Some(version);
+        }
     }
 
     /// Draws a session's scene in so many pixels, as far as a frame has time for.

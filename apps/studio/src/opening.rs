@@ -81,6 +81,8 @@ pub enum Told {
     Opened(Box<Opened>),
     /// A scan is read, and its slices can be seen. What of it is shown is still looked for: its scene has all that was scanned.
     Scan(Box<Opened>),
+    /// What tells the scan that was told before from others, as documents say it.
+    Content(String),
     /// What is shown of the scan that was told before, and what is worth telling of that.
     Found(Scene, Vec<String>),
     /// Why it is not, in a sentence that names the file.
@@ -172,8 +174,8 @@ fn open_series(study: SharedStudy, place: usize, desk: &Desk<Told>) -> Result<()
 /// # Errors
 /// Why it cannot be shown.
 pub fn present(volume: Volume, report: ImportReport, desk: &Desk<Told>) -> Result<(), String> {
-    let volume = lumivox_scene::identified(volume);
     let source = volume.source().cloned().unwrap_or_default();
+    let is_of_file = volume.source().is_some_and(|scan| scan.content.is_none());
     let scan = lumivox_core::document::Scan { keep: Default::default(), taken_off: None, ..source };
     let mut document = SceneDocument { volumes: vec![Entry::new(scan)], ..SceneDocument::default() };
     let scans = vec![Arc::new(volume)];
@@ -187,7 +189,16 @@ pub fn present(volume: Volume, report: ImportReport, desk: &Desk<Told>) -> Resul
     let read =
         Opened { document: document.clone(), scans: scans.clone(), scene, camera, is_framed, report, notes };
     desk.tell(Told::Scan(Box::new(read)));
-    let (scene, notes) = show(&document, scans, desk)?;
+    let mut content = None;
+    let scan = scans[0].clone();
+    let shown = rayon::in_place_scope(|scope| {
+        if is_of_file {
+            scope.spawn(|_| content = Some(lumivox_scene::content_of(&scan)));
+        }
+        show(&document, scans, desk)
+    });
+    content.into_iter().for_each(|content| desk.tell(Told::Content(content)));
+    let (scene, notes) = shown?;
     desk.tell(Told::Found(scene, notes));
     Ok(())
 }

@@ -40,6 +40,8 @@ pub enum Word {
     Opened(OpenedWords),
     /// A scan is read of which it is still looked for what is shown. Both sides know its volumes from then on.
     Scan(OpenedWords),
+    /// What tells it from others.
+    Content(String),
     /// What was found of it.
     Found(SceneWords, Vec<String>),
     /// What is shown of scans.

@@ -248,6 +248,17 @@ impl Session {
         }
     }
 
+    /// Says what tells the first scan from others. No command: it was so all along.
+    pub fn identify(&mut self, content: &str) {
+        let identify = |document: &mut SceneDocument| {
+            if let Some(entry) = document.volumes.first_mut() {
+                entry.scan.content.get_or_insert_with(|| content.to_owned());
+            }
+        };
+        self.history.rewrite(identify);
+        identify(&mut self.saved);
+    }
+
     /// The stack of commands.
     pub fn history(&self) -> &History {
         &self.history

@@ -7,7 +7,7 @@ use lumivox_core::host::Moment;
 use lumivox_core::{PerspectiveCamera, Scene};
 use lumivox_renderer::recording::{Kernel, TextureOrder};
 use lumivox_renderer::stage::{Lent, Recorded, Refusal, Stage, StageError, ViewFrame, Workbench, WorldState};
-use lumivox_renderer::{HostFrame, LiveSettings, ViewKind};
+use lumivox_renderer::{Features, HostFrame, LiveSettings, ViewKind};
 use lumivox_wgpu::{Executor, Gpu, GpuError, GpuTime, ReadBack, Submission, wgpu};
 
 use crate::display::{COLOR_FORMAT, DisplayPass, SHOWN_FORMAT, clear, texture};
@@ -145,6 +145,15 @@ impl Viewport {
     /// How far the picture is by the last frame.
     pub fn progress(&self) -> Progress {
         self.progress
+    }
+
+    /// Has the kernels made that a scene like this one wants, on threads of their own where there are any: for hosts that still look for
+    /// what there is to see.
+    pub fn prepare(&self, scene: &Scene) {
+        let LiveSettings { guides, kept_light, .. } = LiveSettings::new(1, 1);
+        let executor = &self.gpu.executor;
+        let kernels = Features::of(scene).kernels(ViewKind::Live { guides, kept_light }, executor.limits());
+        Bench(executor).are_ready(&kernels);
     }
 
     /// Brings the picture further, within a frame's time, and draws it. Of what rests nothing is done.

@@ -131,6 +131,11 @@ impl App {
                 }
                 Told::Opened(opened) => self.begin_session(Session::new(*opened)),
                 Told::Scan(opened) => self.begin_session(Session::of_scan(*opened)),
+                Told::Content(content) => {
+                    if let Some(session) = &mut self.state.session {
+                        session.identify(&content);
+                    }
+                }
                 Told::Found(scene, notes) => {
                     let session = self.state.session.as_mut();
                     if session.is_some_and(|session| session.shown(&scene, notes)) {

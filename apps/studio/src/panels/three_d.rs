@@ -27,6 +27,7 @@ pub fn show(ui: &mut Ui, rect: Rect, state: &mut State, live: Option<&mut Live>)
     }
     let (Some(session), Some(live)) = (&state.session, live) else { return };
     if session.is_coming() {
+        live.prepare(session);
         let painter = ui.painter_at(rect);
         marks::title(&painter, rect, state.say(Word::ThreeD), palette(state.settings.is_dark).accent);
         return prepares(&painter, rect, state);

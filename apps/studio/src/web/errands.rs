@@ -84,6 +84,7 @@ fn opening(errand: Errand, known: Option<SharedStudy>, wake: Wake) -> Job<Told> 
                 before.replace(opened.scans.clone());
                 Some(Told::Scan(opened))
             }
+            Word::Content(content) => Some(Told::Content(content)),
             Word::Found(scene, notes) => {
                 with.know(&before.take())?;
                 Some(Told::Found(with.scene(scene)?.1, notes))

@@ -129,6 +129,7 @@ fn tell(post: &Post, before: &Before, told: Told) {
             before.replace((opened.document.clone(), opened.scans.clone()));
             pack(*opened, &mut packer).map_or_else(Word::Failed, Word::Scan)
         }
+        Told::Content(content) => Word::Content(content),
         Told::Found(scene, notes) => {
             let (document, scans) = before.take();
             packer = Packer::knowing(scans);

@@ -174,7 +174,7 @@ fn begin_scan(studio: &mut Studio, scan: &Path) -> (Sender<Told>, Told) {
     let wake = studio.state().wake().clone();
     let opens = start("opens", wake, move |desk: &Desk<Told>| words.into_iter().for_each(|it| desk.tell(it)));
     studio.state_mut().begin(opens);
-    told.by_ref().take(2).for_each(|told| send.send(told).unwrap());
+    told.by_ref().take(3).for_each(|told| send.send(told).unwrap());
     let found = told.next().unwrap();
     assert!(matches!(found, Told::Found(..)));
     wait(studio, "it is read", |app| app.state.session.as_ref().is_some_and(Session::is_coming));
@@ -197,6 +197,9 @@ fn slices_are_seen_before_it_is_found_what_is_shown() {
     let (mut studio, scan, _folder) = beside_a_head(32);
     let studio = &mut studio;
     let (send, found) = begin_scan(studio, &scan);
+    let content = session(studio).document().volumes[0].scan.content.clone();
+    assert!(content.is_some_and(|content| content.starts_with("sha256:")));
+    assert!(!session(studio).is_changed());
     let seen = screenshot(studio, "08-slices-first");
     for name in ["Axial", "Coronal", "Sagittal"] {
         let rect = view(studio, name);
