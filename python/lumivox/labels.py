@@ -119,8 +119,8 @@ class Labels:
 
     @property
     def names(self) -> list[str]:
-        """The labels' names, by rising value."""
-        return [name for _, name, _ in self.native.entries]
+        """The labels' names, by rising value; what a lasso of the Studio's cut away has none."""
+        return self.native.names
 
     @property
     def sure(self) -> bool:
@@ -229,14 +229,16 @@ class Labels:
 
     def __reduce__(self) -> tuple[Any, ...]:
         native = self.native
-        table = (native.entries, native.sure, native.report, native.numbers)
+        table = (native.entries, native.sure, native.report, native.numbers, native.cut_away)
         return _unpickle, (np.asarray(self.array), native.patient_from_voxel, *table)
 
 
-def _unpickle(array: npt.NDArray[np.uint8], rows: Any, entries: Any, sure: bool, report: str | None, numbers: Any) -> Labels:
+def _unpickle(
+    array: npt.NDArray[np.uint8], rows: Any, entries: Any, sure: bool, report: str | None, numbers: Any, cut_away: str | None = None
+) -> Labels:
     # What came over a network may lie at odd addresses.
     array = np.require(array, requirements=["C", "A"])
-    return Labels(_native.Labels.from_array(array, rows, entries, sure, report, numbers))
+    return Labels(_native.Labels.from_array(array, rows, entries, sure, report, numbers, cut_away))
 
 
 def _values(array: npt.ArrayLike) -> npt.NDArray[np.uint8]:

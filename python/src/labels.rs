@@ -4,6 +4,7 @@ use std::path::PathBuf;
 use std::sync::Arc;
 
 use lumivox_core::glam::DVec3;
+use lumivox_core::labels::CutAway;
 use lumivox_core::{Label, LabelVolume};
 use lumivox_import::{LabelOptions, default_label_color};
 use numpy::PyReadonlyArray3;
@@ -51,7 +52,7 @@ impl Labels {
     /// they are given.
     #[staticmethod]
     #[allow(clippy::too_many_arguments, reason = "what labels are, one by one")]
-    #[pyo3(signature = (values, patient_from_voxel, entries, sure, report, numbers=None))]
+    #[pyo3(signature = (values, patient_from_voxel, entries, sure, report, numbers=None, cut_away=None))]
     fn from_array(
         py: Python<'_>,
         values: PyReadonlyArray3<'_, u8>,
@@ -60,6 +61,7 @@ impl Labels {
         sure: bool,
         report: Option<String>,
         numbers: Option<Vec<(i128, u8)>>,
+        cut_away: Option<String>,
     ) -> PyResult<Self> {
         let (dims, voxels) = samples(&values)?;
         let table = entries.into_iter().map(|(value, name, color)| Label {
@@ -71,6 +73,11 @@ impl Labels {
         let labels =
             fork::detach(py, || LabelVolume::new(dims, voxels, place, table)).map_err(errors::scan)?;
         let numbers = numbers.unwrap_or_else(|| labels.numbers());
+        let cut = cut_away.and_then(|text| serde_json::from_str::<CutAway>(&text).ok());
+        let labels = match cut {
+            Some(cut) => labels.with_cut(cut),
+            None => labels,
+        };
         Ok(Self { labels: Arc::new(labels), numbers, report, sure })
     }
 
@@ -101,6 +108,18 @@ impl Labels {
     fn entries(&self) -> Vec<Entry> {
         let labels = self.labels.labels().iter();
         labels.map(|label| (label.value, label.name.clone(), label.color)).collect()
+    }
+
+    /// What people know as labels, by rising value: all names but that of what lassos cut away.
+    #[getter]
+    fn names(&self) -> Vec<String> {
+        self.labels.own_labels().map(|label| label.name.clone()).collect()
+    }
+
+    /// What lassos cut away, as JSON for [`from_array`](Self::from_array).
+    #[getter]
+    fn cut_away(&self) -> Option<String> {
+        self.labels.cut_away().and_then(|cut| serde_json::to_string(cut).ok())
     }
 
     /// The numbers that labels have in their file, each with its value.

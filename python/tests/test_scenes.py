@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 import os
+import pickle
 import shutil
 import subprocess
 from dataclasses import replace
@@ -66,6 +67,34 @@ def test_a_scene_of_the_command_is_rendered_to_the_last_bit(command: str, torso_
     # Options win over what was saved.
     other = opened.render(azimuth=-60, exposure=0.0)
     assert png(other, torso_file) == picture(command, scene, "--azimuth", "-60", "--exposure", "0")
+
+
+@pytest.mark.parametrize("labels", [None, {}])
+def test_what_a_lasso_cut_stays_cut(command: str, torso_file: Path, tmp_path: Path, labels: dict[str, str] | None) -> None:
+    square = [[-40, -40], [40, -40], [40, 40], [-40, 40]]
+    from_picture = [[1, 0, 0, 0], [0, 0, -1, 0], [0, 1, 0, 0]]
+    lasso = {"from_picture": from_picture, "parallel": True, "points": square}
+    entry = {"scan": {"files": [str(torso_file / "torso")]}, "lassos": [lasso]}
+    words = {"lumivox_scene": 1, "film": {"size": SIZE, "samples": 2}}
+    cut, whole = tmp_path / "cut.json", tmp_path / "whole.json"
+    more = {} if labels is None else {"labels": labels}
+    cut.write_text(json.dumps({**words, "volumes": [{**entry, **more}]}))
+    whole.write_text(json.dumps({**words, "volumes": [{"scan": entry["scan"], **more}]}))
+    opened = lumivox.load_scene(cut)
+    shown = png(opened.render(), tmp_path)
+    assert shown == picture(command, cut) != picture(command, whole)
+    # On another machine, too, and in a file of its own.
+    far = pickle.loads(pickle.dumps(opened.scene))
+    assert png(replace(opened, scene=far).render(), tmp_path) == shown
+    (instance,) = opened.scene.volumes
+    assert instance.labels is not None and "cut away" not in instance.labels.names
+    assert bool(instance.labels.names) == (labels is not None)
+    again = tmp_path / "again.json"
+    opened.save(again)
+    saved = json.loads(again.read_text())["volumes"][0]
+    assert saved["lassos"][0]["points"] == square and ("labels" in saved) == (labels is not None)
+    assert "cut away" not in again.read_text()
+    assert picture(command, again) == shown
 
 
 def test_a_scene_of_python_is_rendered_by_the_command(command: str, torso_file: Path, tmp_path: Path) -> None:

@@ -308,7 +308,7 @@ impl App {
                 self.exporting = None;
                 self.archive.give_up();
                 if let (Some(_), Some(session)) = (self.showing.take(), &mut self.state.session) {
-                    session.give_up();
+                    anew = session.give_up();
                 }
             }
         }

@@ -18,13 +18,16 @@ const LARGE: f64 = 0.1;
 /// How much of a label map each label is.
 pub struct Sizes {
     labels: Arc<LabelVolume>,
+    whole: Arc<LabelVolume>,
     counts: [u64; 256],
 }
 
 impl Sizes {
     /// Counts all voxels.
     pub fn of(labels: &Arc<LabelVolume>) -> Self {
-        Self { counts: labels.counts(), labels: labels.clone() }
+        // However much of them is cut away.
+        let whole = labels.cut_away().and_then(|cut| cut.before.clone()).unwrap_or_else(|| labels.clone());
+        Self { counts: whole.counts(), whole, labels: labels.clone() }
     }
 
     /// Whether they are those of a label map.
@@ -34,11 +37,11 @@ impl Sizes {
 
     /// The volume of a label.
     pub fn millilitres(&self, value: u8) -> f64 {
-        self.counts[usize::from(value)] as f64 * self.labels.voxel_mm3() / 1e3
+        self.counts[usize::from(value)] as f64 * self.whole.voxel_mm3() / 1e3
     }
 
     fn share(&self, value: u8) -> f64 {
-        self.counts[usize::from(value)] as f64 / self.labels.volume().voxel_count() as f64
+        self.counts[usize::from(value)] as f64 / self.whole.volume().voxel_count() as f64
     }
 }
 

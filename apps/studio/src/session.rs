@@ -108,6 +108,8 @@ impl Asked {
             }
             if own.cut != old.cut {
                 entry.lassos.clone_from(&shown.lassos);
+                // They say what is spared.
+                entry.labels.clone_from(&shown.labels);
             }
         }
         if self.light.file() != document.environment.file() {
@@ -388,31 +390,39 @@ impl Session {
 
     /// What is on its way is not waited for: by one command the document is again what is shown of it, and what was changed otherwise
     /// stays. Back from there it is asked for once more. A scan of which nothing was found yet begins with all of it.
-    pub fn give_up(&mut self) {
+    /// Whether something else has to be asked for.
+    pub fn give_up(&mut self) -> bool {
         if self.is_coming {
             return self.refused();
         }
         let shown = self.shown_of.clone();
         self.asked_of.clone_from(&shown);
-        self.change(Word::TakenBack, |document| shown.put_back(document));
+        let anew = self.change(Word::TakenBack, |document| shown.put_back(document));
         self.close_step();
+        anew
     }
 
-    /// What was on its way cannot be shown: no document wants it any more, nor did one.
-    pub fn refused(&mut self) {
+    /// What was on its way cannot be shown: no document wants it any more, nor did one. Whether something else has to be asked for.
+    pub fn refused(&mut self) -> bool {
         let shown = self.shown_of.clone();
         let refused = std::mem::replace(&mut self.asked_of, shown.clone());
+        // It begins with all that was scanned, where that is what there is.
+        let was_coming = std::mem::take(&mut self.is_coming);
         let put_back = |document: &mut SceneDocument| {
-            if refused.is_of(document) {
+            if was_coming {
+                let lassos: Vec<_> = document.volumes.iter().map(|entry| entry.lassos.clone()).collect();
+                shown.put_back(document);
+                // Those were drawn meanwhile.
+                document.volumes.iter_mut().zip(lassos).for_each(|(entry, own)| entry.lassos = own);
+            } else if refused.is_of(document) {
                 shown.put_back(document);
             }
         };
         self.history.rewrite(put_back);
-        // It begins with all that was scanned, where that is what there is.
-        if std::mem::take(&mut self.is_coming) {
+        if was_coming {
             put_back(&mut self.saved);
         }
-        self.follow();
+        self.follow()
     }
 
     /// Makes the scene that the document says, with the voxels that there are. Whether others have to be asked for.

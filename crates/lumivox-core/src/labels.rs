@@ -213,7 +213,7 @@ impl LabelVolume {
     pub fn with_cut(mut self, cut: CutAway) -> Self {
         if let Some(before) = &cut.before {
             self.source.clone_from(&before.source);
-        } else if self.source.is_none() {
+        } else if self.source.is_none() && self.labels.iter().all(|label| label.value == cut.value) {
             // Of no file: cut again wherever the scan is.
             self.source = Some(Arc::default());
         }

@@ -77,34 +77,39 @@ pub struct Enclosed {
     parallel: bool,
     low: DVec2,
     high: DVec2,
-    /// The line's edges by the heights that they reach over, from [`low`](Self::low) up.
-    bands: Vec<Vec<[DVec2; 2]>>,
+    corners: Vec<DVec2>,
+    /// The line's edges, by the corners that they begin at, by the heights that they reach over, from [`low`](Self::low) up.
+    bands: Vec<Vec<u32>>,
 }
 
 impl Enclosed {
     /// Looks at a lasso once.
     pub fn by(lasso: &Lasso) -> Self {
         const MOST_BANDS: usize = 512;
-        let corner = |index: usize| DVec2::from_array(lasso.points[index % lasso.points.len()]);
-        let corners = lasso.points.iter().copied().map(DVec2::from_array);
+        let corners: Vec<DVec2> = lasso.points.iter().copied().map(DVec2::from_array).collect();
         let far = DVec2::splat(f64::INFINITY);
-        let (low, high) =
-            corners.fold((far, -far), |(low, high), corner| (low.min(corner), high.max(corner)));
+        let around = |(low, high): (DVec2, DVec2), corner: &DVec2| (low.min(*corner), high.max(*corner));
+        let (low, high) = corners.iter().fold((far, -far), around);
         let mut own = Self {
             picture_from_patient: affine(lasso.from_picture).inverse(),
             parallel: lasso.parallel,
             low,
             high,
-            bands: vec![vec![]; lasso.points.len().clamp(1, MOST_BANDS)],
+            bands: vec![vec![]; corners.len().clamp(1, MOST_BANDS)],
+            corners,
         };
-        for index in 0..lasso.points.len() {
-            let edge = [corner(index), corner(index + 1)];
-            let [one, other] = edge.map(|end| own.band(end.y));
+        for index in 0..own.corners.len() {
+            let [one, other] = own.edge(index).map(|end| own.band(end.y));
             for band in one.min(other)..=one.max(other) {
-                own.bands[band].push(edge);
+                own.bands[band].push(index as u32);
             }
         }
         own
+    }
+
+    /// From a corner to the next.
+    fn edge(&self, index: usize) -> [DVec2; 2] {
+        [self.corners[index], self.corners[(index + 1) % self.corners.len()]]
     }
 
     fn band(&self, y: f64) -> usize {
@@ -127,8 +132,9 @@ impl Enclosed {
 
     /// How often the line goes around a point: by the edges that a ray to the right crosses upwards, and downwards.
     fn turns(&self, at: DVec2) -> i32 {
-        let turns = self.bands[self.band(at.y)].iter().map(|[from, to]| {
-            let side = (*to - *from).perp_dot(at - *from);
+        let turns = self.bands[self.band(at.y)].iter().map(|index| {
+            let [from, to] = self.edge(*index as usize);
+            let side = (to - from).perp_dot(at - from);
             match (from.y <= at.y, to.y <= at.y) {
                 (true, false) if side > 0.0 => 1,
                 (false, true) if side < 0.0 => -1,
@@ -143,7 +149,7 @@ impl Enclosed {
 pub const CUT_AWAY: &str = "cut away";
 
 /// Labels of a scan in which all that lassos cut away has a label of its own, which [`Labelling`](crate::Labelling) hides. On the grid
-/// of `labels`; on the scan's, where there are none or they lie on another, each voxel with the label at its centre. Labels that are `spared`,
+/// of `labels`; on the scan's, where there are none or they are coarser or lie not all over it, each voxel with the label at its centre. Labels that are `spared`,
 /// by their values, are not cut. Without lassos, the labels as they were.
 ///
 /// # Errors
@@ -166,41 +172,69 @@ pub fn cut_by_lassos(
     let table = before.as_ref().map_or(vec![], |labels| labels.labels().to_vec());
     let is_free = |value: &u8| table.iter().all(|label| label.value != *value);
     let value = (1..=u8::MAX).rev().find(is_free).ok_or(LassoError::NoValueLeft)?;
-    let (dims, patient_from_voxel) = (volume.dims(), volume.patient_from_voxel());
-    let known = before
-        .as_ref()
-        .map(|labels| (labels.clone(), labels.patient_from_voxel().inverse() * patient_from_voxel));
-    let known_at = |voxel: DVec3| {
-        let (labels, own_from_voxel) = known.as_ref()?;
-        let at = own_from_voxel.transform_point3(voxel).round();
-        let is_inside = (0..3).all(|axis| at[axis] >= 0.0 && at[axis] < labels.dims()[axis] as f64);
-        is_inside.then(|| labels.value(at.to_array().map(|x| x as usize)))
+    let own = before.as_deref().filter(|labels| are_as_fine(labels, volume));
+    let (dims, patient_from_voxel) = match own {
+        Some(labels) => (labels.dims(), labels.patient_from_voxel()),
+        None => (volume.dims(), volume.patient_from_voxel()),
     };
-    let enclosed: Vec<(Enclosed, bool)> =
-        lassos.iter().map(|lasso| (Enclosed::by(lasso), lasso.inverted)).collect();
     let [nx, ny, nz] = dims;
-    let mut voxels = vec![UNLABELLED; nx * ny * nz];
-    let done = AtomicUsize::new(0);
-    voxels.par_chunks_mut(nx * ny).enumerate().try_for_each(|(z, slice)| {
-        cancel.check()?;
-        for (index, voxel) in slice.iter_mut().enumerate() {
-            let at = DVec3::new((index % nx) as f64, (index / nx) as f64, z as f64);
-            *voxel = known_at(at).unwrap_or(UNLABELLED);
-            let point = patient_from_voxel.transform_point3(at);
-            let is_cut = || enclosed.iter().any(|(enclosed, inverted)| enclosed.holds(point) != *inverted);
-            if !spared[usize::from(*voxel)] && is_cut() {
-                *voxel = value;
+    let mut voxels = match (own, &before) {
+        (Some(labels), _) => labels.voxels().to_vec(),
+        (None, Some(labels)) => on_grid_of(volume, labels),
+        (None, None) => vec![UNLABELLED; nx * ny * nz],
+    };
+    let (done, total) = (AtomicUsize::new(0), (nz * lassos.len()) as u64);
+    // One after the other: what finds out quickly whether a point is enclosed takes memory.
+    for lasso in lassos {
+        let enclosed = Enclosed::by(lasso);
+        voxels.par_chunks_mut(nx * ny).enumerate().try_for_each(|(z, slice)| {
+            for (y, row) in slice.chunks_mut(nx).enumerate() {
+                cancel.check()?;
+                for (x, voxel) in row.iter_mut().enumerate() {
+                    let point = patient_from_voxel.transform_point3(DVec3::new(x as f64, y as f64, z as f64));
+                    if !spared[usize::from(*voxel)] && enclosed.holds(point) != lasso.inverted {
+                        *voxel = value;
+                    }
+                }
             }
-        }
-        progress.report(WorkStage::Segmenting, done.fetch_add(1, Ordering::Relaxed) as u64 + 1, nz as u64);
-        Ok::<_, Cancelled>(())
-    })?;
+            progress.report(WorkStage::Segmenting, done.fetch_add(1, Ordering::Relaxed) as u64 + 1, total);
+            Ok::<_, Cancelled>(())
+        })?;
+    }
     let mut labels = table;
     labels.push(Label { value, name: CUT_AWAY.to_owned(), color: [0.5; 3] });
     let cut = LabelVolume::new(dims, voxels, patient_from_voxel, labels)
         .expect("a label for each voxel of a volume, and a value that nothing had");
     let cut = cut.with_cut(CutAway { lassos: lassos.to_vec(), value, before });
     Ok(Some(Arc::new(cut)))
+}
+
+/// Whether labels lie as close as a scan's voxels, or closer, and all over it.
+fn are_as_fine(labels: &LabelVolume, volume: &Volume) -> bool {
+    /// Voxels by which corners may be off.
+    const NEAR: f64 = 1e-3;
+    let own_from_box = labels.patient_from_voxel().inverse() * volume.patient_from_box();
+    let dims = DVec3::from_array(labels.dims().map(|n| n as f64));
+    let corner = |i: u32| DVec3::new(f64::from(i & 1), f64::from(i >> 1 & 1), f64::from(i >> 2));
+    let is_within = (0..8)
+        .map(|i| own_from_box.transform_point3(corner(i)) + 0.5)
+        .all(|at| at.cmpge(DVec3::splat(-NEAR)).all() && at.cmple(dims + NEAR).all());
+    let voxel_mm3 = volume.patient_from_voxel().matrix3.determinant().abs();
+    is_within && labels.voxel_mm3() <= voxel_mm3 * (1.0 + NEAR)
+}
+
+/// The labels at the centres of a scan's voxels.
+fn on_grid_of(volume: &Volume, labels: &LabelVolume) -> Vec<u8> {
+    let own_from_voxel = labels.patient_from_voxel().inverse() * volume.patient_from_voxel();
+    let [nx, ny, nz] = volume.dims();
+    let dims = DVec3::from_array(labels.dims().map(|n| n as f64));
+    let at = |index: usize| {
+        let voxel = [index % nx, index / nx % ny, index / (nx * ny)].map(|i| i as f64);
+        let own = own_from_voxel.transform_point3(DVec3::from_array(voxel)).round();
+        let is_inside = own.cmpge(DVec3::ZERO).all() && own.cmplt(dims).all();
+        if is_inside { labels.value(own.to_array().map(|x| x as usize)) } else { UNLABELLED }
+    };
+    (0..nx * ny * nz).into_par_iter().map(at).collect()
 }
 
 #[cfg(test)]
@@ -356,6 +390,26 @@ mod tests {
         assert_eq!(cut(Some(&full)), LassoError::NoValueLeft);
         cancel.cancel();
         assert_eq!(cut(None), LassoError::Cancelled(Cancelled));
-        assert_eq!(affine(lasso[0].from_picture), DAffine3::IDENTITY);
+    }
+
+    #[test]
+    fn finer_labels_keep_their_grid() {
+        let scan = scan();
+        let place = scan.patient_from_voxel()
+            * DAffine3::from_translation(DVec3::splat(-0.25))
+            * DAffine3::from_scale(DVec3::splat(0.5));
+        let thin = Label { value: 9, name: "membrane".into(), color: [0.5; 3] };
+        let voxels = (0..64_000).map(|i| if i % 40 == 13 { 9 } else { 0 }).collect();
+        let map = Arc::new(LabelVolume::new([40; 3], voxels, place, vec![thin]).unwrap());
+        let lasso = Lasso::new(DAffine3::IDENTITY, true, square(4.0));
+        let cut = cut(Some(&map), std::slice::from_ref(&lasso), &[]).unwrap();
+        assert_eq!((cut.dims(), cut.patient_from_voxel()), ([40; 3], place));
+        assert_eq!(cut.counts()[9], 40 * 40, "it lies beside what is cut");
+        assert_eq!(cut.counts()[usize::from(cut.cut_away().unwrap().value)], 8 * 8 * 40);
+        // Nobody knows whose they are that came from nowhere; what lassos cut alone is of no file.
+        assert!(cut.source().is_none());
+        let again =
+            LabelVolume::clone(&map).with_cut(CutAway { before: None, ..cut.cut_away().unwrap().clone() });
+        assert!(again.source().is_none() && again.has_own());
     }
 }

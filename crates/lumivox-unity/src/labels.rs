@@ -84,7 +84,7 @@ pub unsafe extern "C" fn lumivox_labels_new(
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn lumivox_labels_count(map: *const LumivoxVolume) -> i32 {
     // SAFETY: as the caller promises.
-    let count = guard(|| Ok(unsafe { labels(map) }?.map.labels().len() as i32));
+    let count = guard(|| Ok(unsafe { labels(map) }?.map.own_labels().count() as i32));
     count.unwrap_or(-1)
 }
 
@@ -104,7 +104,7 @@ pub unsafe extern "C" fn lumivox_labels_list(
         if out.is_null() && capacity > 0 {
             return Err("there is no place for labels".to_owned());
         }
-        for (i, label) in map.labels().iter().take(capacity as usize).enumerate() {
+        for (i, label) in map.own_labels().take(capacity as usize).enumerate() {
             let milliliters = counts[usize::from(label.value)] as f64 * map.voxel_mm3() / 1000.0;
             let color = label.color.map(|c| c as f32);
             // SAFETY: i is less than the capacity.
@@ -122,7 +122,7 @@ pub unsafe extern "C" fn lumivox_labels_list(
 pub unsafe extern "C" fn lumivox_labels_name(map: *const LumivoxVolume, index: u32) -> *mut LumivoxText {
     guard_handle(|| {
         // SAFETY: as the caller promises.
-        let label = unsafe { labels(map) }?.map.labels().get(index as usize);
+        let label = unsafe { labels(map) }?.map.own_labels().nth(index as usize);
         Ok(LumivoxText::new(&label.ok_or_else(|| format!("there is no label {index}"))?.name))
     })
 }

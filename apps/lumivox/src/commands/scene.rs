@@ -58,7 +58,11 @@ fn complete(opened: Opened) -> SceneDocument {
             labels.table.clone_from(&source.table);
             // What is found in the scan itself is told by the scan.
             let map = instance.labels.as_ref().filter(|_| !source.files.is_empty());
-            labels.content = map.map(|labelling| content_of(labelling.labels.volume()));
+            // What lassos cut away of it is no content of its file.
+            labels.content = map.map(|labelling| {
+                let cut = labelling.labels.cut_away().and_then(|cut| cut.before.as_ref());
+                content_of(cut.unwrap_or(&labelling.labels).volume())
+            });
         }
     }
     if let Some(map) = scene.environment.file() {

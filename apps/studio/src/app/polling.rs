@@ -81,8 +81,8 @@ impl App {
         if let Some(why) = why {
             self.showing = None;
             self.state.failed = Some((Word::CannotShow, why));
-            if let Some(session) = &mut self.state.session {
-                session.refused();
+            if self.state.session.as_mut().is_some_and(Session::refused) {
+                self.show_anew();
             }
         }
     }
@@ -179,8 +179,10 @@ impl App {
         (self.opening, self.arriving) = (None, None);
         // Nobody looks any more for what is shown of a scan: all of it.
         let session = self.state.session.as_mut().filter(|session| session.is_coming());
-        if let (Some(session), None) = (session, &self.showing) {
-            session.give_up();
+        if let (Some(session), None) = (session, &self.showing)
+            && session.give_up()
+        {
+            self.show_anew();
         }
         if std::mem::take(&mut self.is_restoring) {
             self.ask_to_restore();

@@ -4,7 +4,7 @@ mod panel;
 
 use std::fs;
 use std::io::ErrorKind;
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 
 use eframe::egui;
 use lumivox_core::Progress;
@@ -56,6 +56,10 @@ pub struct Archive {
 impl Archive {
     /// The one that was asked last. Images are kept in a folder.
     pub fn new(folder: Option<PathBuf>, settings: &Settings) -> Self {
+        if let Some(going) = folder.as_deref().map(going_folder).filter(|going| going.is_dir()) {
+            // Nobody waits for it, and what fails is tried with the next start.
+            std::thread::spawn(move || remove(&going));
+        }
         Self {
             folder,
             address: settings.archive.clone(),
@@ -220,18 +224,33 @@ impl Archive {
         Some(Request { server: server.clone(), study: study.uid.clone(), series, into })
     }
 
-    /// Deletes all images that came.
+    /// Deletes all images that came: there may be tens of thousands. A program that ends meanwhile goes on with that when it starts
+    /// again.
     fn forget(&mut self, wake: &Wake) {
         let Some(folder) = self.folder.clone() else { return };
-        // There may be tens of thousands.
+        let going = going_folder(&folder);
         self.forgetting = Some(start("delete what came", wake.clone(), move |desk: &Desk<_>| {
-            desk.tell(match fs::remove_dir_all(&folder) {
-                Err(error) if error.kind() != ErrorKind::NotFound => {
-                    Err(format!("{}: {error}", folder.display()))
-                }
-                _ => Ok(()),
+            let gone = remove(&going).and_then(|()| match fs::rename(&folder, &going) {
+                Err(error) if error.kind() != ErrorKind::NotFound => Err(error),
+                _ => remove(&going),
             });
+            desk.tell(gone.map_err(|error| format!("{}: {error}", folder.display())));
         }));
+    }
+}
+
+/// What a folder is called while it is deleted.
+fn going_folder(folder: &Path) -> PathBuf {
+    let mut name = folder.file_name().unwrap_or_default().to_owned();
+    name.push(".deleted");
+    folder.with_file_name(name)
+}
+
+/// Removes a folder with all that is in it, if it is there.
+fn remove(folder: &Path) -> std::io::Result<()> {
+    match fs::remove_dir_all(folder) {
+        Err(error) if error.kind() == ErrorKind::NotFound => Ok(()),
+        removed => removed,
     }
 }
 

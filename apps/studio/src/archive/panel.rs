@@ -229,6 +229,9 @@ fn kept(ui: &mut Ui, archive: &mut Archive, state: &State, p: &Palette, wake: &W
         if can_go && ui.add(egui::Button::new(state.say(Word::ArchiveForget)).small()).clicked() {
             archive.asks_to_forget = true;
         }
+        if archive.forgetting.is_some() {
+            ui.spinner();
+        }
         let text = format!("{} {}", state.say(Word::ArchiveKept), folder.display());
         ui.add(egui::Label::new(RichText::new(text).small().color(p.weak)).truncate());
     });

@@ -9,6 +9,7 @@ use lumivox_core::lasso::{MOST_LASSO_POINTS, MOST_LASSOS};
 
 use super::look::entry;
 use super::marks;
+use super::views::are_two;
 use crate::session::Session;
 use crate::slices::Geometry;
 use crate::state::{State, Tool, ViewId};
@@ -39,6 +40,11 @@ pub fn draw(
 ) {
     let button = PointerButton::Primary;
     if state.tool != Tool::Lasso {
+        return;
+    }
+    // Two fingers move the view, the first of which is a pointer, too.
+    if are_two(ui) {
+        state.lasso = None;
         return;
     }
     if response.drag_started_by(button) {

@@ -116,8 +116,8 @@ fn turn(ui: &Ui, response: &Response, rect: Rect, state: &mut State) {
         }
         return;
     }
-    let shapes = state.tool == Tool::Shape || ui.input(|input| input.modifiers.alt);
-    if shapes && response.dragged_by(PointerButton::Primary) {
+    let has_alt = ui.input(|input| input.modifiers.alt) && state.tool != Tool::Lasso;
+    if (state.tool == Tool::Shape || has_alt) && response.dragged_by(PointerButton::Primary) {
         let by = response.drag_delta() / rect.height();
         return curve::drag(state, [by.x, by.y].map(f64::from));
     }

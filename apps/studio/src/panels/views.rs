@@ -54,6 +54,11 @@ fn were_two(ui: &Ui) -> bool {
     ui.data(|data| data.get_temp(Id::new(TWO_FINGERS))).unwrap_or(false)
 }
 
+/// Whether two fingers are down, or were since there was none the last time.
+pub fn are_two(ui: &Ui) -> bool {
+    were_two(ui) || ui.input(|input| input.multi_touch().is_some())
+}
+
 /// Where a view was clicked. The first of two fingers clicks nothing, when it leaves.
 pub fn clicked(ui: &Ui, response: &Response) -> Option<Pos2> {
     response.interact_pointer_pos().filter(|_| response.clicked() && !were_two(ui))

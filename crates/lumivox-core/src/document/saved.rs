@@ -37,7 +37,11 @@ impl SceneDocument {
             }
         }
         Surroundings::of(&scene.environment).ok_or(Unsaved::Map)?;
-        Ok(Self::described(scene))
+        let mut document = Self::described(scene);
+        for (entry, instance) in document.volumes.iter_mut().zip(&scene.volumes) {
+            without_cut(entry, instance);
+        }
+        Ok(document)
     }
 
     /// A scene as it is for whoever gets its scans, labels and the light's map beside it: what came from no file has no name.
@@ -69,7 +73,7 @@ impl Entry {
             clip: ((low, high) != (DVec3::ZERO, DVec3::ONE)).then(|| [low.to_array(), high.to_array()]),
             clip_shapes: instance.clip_shapes.iter().map(Shape::of).collect(),
             lassos: labels.and_then(|labels| labels.cut_away()).map_or(vec![], |cut| cut.lassos.clone()),
-            labels: instance.labels.as_ref().filter(|own| own.labels.has_own()).map(labels_of),
+            labels: instance.labels.as_ref().map(labels_of),
             peel: instance.peel.as_ref().map(|peel| peel.mm),
         }
     }
@@ -78,11 +82,21 @@ impl Entry {
 fn labels_of(labelling: &Labelling) -> Labels {
     let style = |(value, style): &(u8, _)| Style::of(labelling.labels.word_of(*value), style);
     let source = labelling.labels.source();
-    let cut = labelling.labels.cut_away().map(|cut| cut.value);
     Labels {
         files: source.map(|source| source.files.clone()).unwrap_or_default(),
         table: source.and_then(|source| source.table.clone()),
         content: None,
-        styles: labelling.styles.iter().filter(|(value, _)| Some(*value) != cut).map(style).collect(),
+        styles: labelling.styles.iter().map(style).collect(),
+    }
+}
+
+/// Who opens a file cuts by its lassos anew: its labels are those before that.
+fn without_cut(entry: &mut Entry, instance: &VolumeInstance) {
+    let Some(labels) = instance.labels.as_ref().map(|labelling| &labelling.labels) else { return };
+    let Some(cut) = labels.cut_away() else { return };
+    let word = labels.word_of(cut.value);
+    match &mut entry.labels {
+        Some(own) if labels.has_own() => own.styles.retain(|style| style.label != word),
+        own => *own = None,
     }
 }

@@ -423,7 +423,7 @@ impl LumivoxLabels {
     }
 
     fn put(&mut self, labels: LabelVolume) {
-        let named = labels.labels().iter().map(|label| Look::new(label.value, &label.name, label.color));
+        let named = labels.own_labels().map(|label| Look::new(label.value, &label.name, label.color));
         self.looks = named.chain([Look::new(lumivox_core::UNLABELLED, "unlabelled", [1.0; 3])]).collect();
         self.labels = Some(Arc::new(labels));
         self.base_mut().notify_property_list_changed();
