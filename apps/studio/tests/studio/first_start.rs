@@ -54,6 +54,7 @@ fn every_word_is_there_in_every_language() {
         Word::Axial,
         Word::Sagittal,
         Word::Pixels,
+        Word::Lasso,
         Word::LookAorta,
         Word::SlabMaximum,
         Word::SlabMinimum,

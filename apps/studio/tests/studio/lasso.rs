@@ -30,8 +30,10 @@ fn lassos(studio: &Studio) -> Vec<Lasso> {
     session(studio).document().volumes[0].lassos.clone()
 }
 
-/// How much of a part of the window is darker than what is empty.
+/// How bright a part of the window is, once the picture is that of what there is to see.
 fn seen(studio: &mut Studio, name: &str, part: egui::Rect) -> f64 {
+    studio.run_steps(3);
+    wait(studio, "the picture rests", |app| app.state.progress.rests);
     screenshot(studio, name).mean(part)
 }
 
