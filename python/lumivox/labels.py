@@ -233,12 +233,10 @@ class Labels:
         return _unpickle, (np.asarray(self.array), native.patient_from_voxel, *table)
 
 
-def _unpickle(
-    array: npt.NDArray[np.uint8], rows: Any, entries: Any, sure: bool, report: str | None, numbers: Any, cut_away: str | None = None
-) -> Labels:
+def _unpickle(array: npt.NDArray[np.uint8], rows: Any, *table: Any) -> Labels:
     # What came over a network may lie at odd addresses.
     array = np.require(array, requirements=["C", "A"])
-    return Labels(_native.Labels.from_array(array, rows, entries, sure, report, numbers, cut_away))
+    return Labels(_native.Labels.from_array(array, rows, *table))
 
 
 def _values(array: npt.ArrayLike) -> npt.NDArray[np.uint8]:
