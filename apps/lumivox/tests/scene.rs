@@ -83,6 +83,15 @@ fn what_every_host_saved_is_the_same_picture_once_more_saved() {
     let view = ["--azimuth", "35", "--elevation", "10", "--tone", "aces", "--exposure", "-0.5"];
     let options = [&film[..], &look, &parts, &cuts, &light, &view].concat();
     done(at, &[&["scene", "save", "own.lumivox", hosts::SCAN, "--quiet"], &options[..]].concat());
+    // A lasso is drawn by hand: from 300 mm before the face, around the brow and the skull above it.
+    let whole = fs::read_to_string(at.join("own.lumivox")).unwrap();
+    let mut drawn: serde_json::Value = serde_json::from_str(&whole).unwrap();
+    drawn["volumes"][0]["lassos"] = serde_json::json!([{
+        "from_picture": [[1, 0, 0, 0], [0, 0, -1, -300], [0, 1, 0, 40]],
+        "points": [[-0.25, 0.05], [-0.02, 0.0625], [0.1, 1.0 / 3.0], [-0.25, 0.3]],
+    }]);
+    fs::write(at.join("drawn.lumivox"), drawn.to_string()).unwrap();
+    done(at, &["scene", "save", "own.lumivox", "drawn.lumivox", "--quiet"]);
     hosts::assert_written("command", &at.join("own.lumivox"));
     for host in hosts::HOSTS {
         let (scene, again) = (format!("{host}.lumivox"), format!("of-{host}.lumivox"));
