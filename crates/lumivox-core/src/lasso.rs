@@ -46,10 +46,10 @@ pub const MOST_LASSO_POINTS: usize = 4096;
 /// Lassos of a scan at most.
 pub const MOST_LASSOS: usize = 256;
 
-/// Nothing is cut away where every value of a label map has a meaning of its own.
+/// Why lassos cut nothing.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
 pub enum LassoError {
-    /// All values mean something.
+    /// All values of the label map have a meaning of their own.
     #[error(
         "a scan with 255 labels has none left for what lassos cut away: hide labels instead, or take fewer of them"
     )]
