@@ -205,9 +205,10 @@ impl Worker {
     }
 }
 
-/// Ends workers that take too long, and all of them once the work is cancelled.
+/// Ends workers that take too long or too much memory, and all of them once the work is cancelled.
 struct Watch {
     cancel: CancelToken,
+    memory: u64,
     done: AtomicBool,
     running: Mutex<Vec<(Instant, Arc<Mutex<Child>>)>>,
 }
@@ -218,23 +219,45 @@ impl Watch {
             thread::park_timeout(LOOK);
             let now = Instant::now();
             for (deadline, child) in lock(&self.running).iter() {
-                if *deadline <= now || self.cancel.is_cancelled() {
-                    let _ = lock(child).kill();
+                let mut child = lock(child);
+                if *deadline <= now || self.cancel.is_cancelled() || takes_more(&child, self.memory) {
+                    let _ = child.kill();
                 }
             }
         }
     }
 }
 
+/// Whether a worker has taken more memory than it is to: a system may accept a job's limit and not keep it, as Wine does.
+#[cfg(windows)]
+fn takes_more(child: &Child, bytes: u64) -> bool {
+    use std::os::windows::io::AsRawHandle;
+    use windows_sys::Win32::System::ProcessStatus::{K32GetProcessMemoryInfo, PROCESS_MEMORY_COUNTERS_EX};
+    let mut counters = PROCESS_MEMORY_COUNTERS_EX::default();
+    let length = size_of_val(&counters) as u32;
+    counters.cb = length;
+    let told = std::ptr::from_mut(&mut counters).cast();
+    // SAFETY: the struct is valid for the call and has the length given; the handle is the child's, which is not waited for yet.
+    let is_told = unsafe { K32GetProcessMemoryInfo(child.as_raw_handle(), told, length) };
+    is_told != 0 && counters.PrivateUsage as u64 > bytes
+}
+
+/// Here the system keeps the limit that a worker gives itself.
+#[cfg(not(windows))]
+fn takes_more(_: &Child, _: u64) -> bool {
+    false
+}
+
 impl Codecs {
     /// Decoders for frames of `frame_len` samples.
     pub(crate) fn new(frame_len: usize, cancel: &CancelToken) -> Self {
-        let running = Mutex::default();
+        let memory = (frame_len as u64).saturating_mul(MEMORY_OF_PIXEL).saturating_add(MEMORY);
+        let (cancel, done, running) = (cancel.clone(), AtomicBool::new(false), Mutex::default());
         Self {
             worker: lock(&WORKER).clone(),
-            memory: (frame_len as u64).saturating_mul(MEMORY_OF_PIXEL).saturating_add(MEMORY),
+            memory,
             idle: Mutex::default(),
-            watch: Arc::new(Watch { cancel: cancel.clone(), done: AtomicBool::new(false), running }),
+            watch: Arc::new(Watch { cancel, memory, done, running }),
             watcher: Mutex::default(),
         }
     }
