@@ -239,7 +239,8 @@ fn takes_more(child: &Child, bytes: u64) -> bool {
     let told = std::ptr::from_mut(&mut counters).cast();
     // SAFETY: the struct is valid for the call and has the length given; the handle is the child's, which is not waited for yet.
     let is_told = unsafe { K32GetProcessMemoryInfo(child.as_raw_handle(), told, length) };
-    is_told != 0 && counters.PrivateUsage as u64 > bytes
+    // What is committed, and what of that has pages: Wine tells of the latter alone.
+    is_told != 0 && counters.PrivateUsage.max(counters.WorkingSetSize) as u64 > bytes
 }
 
 /// Here the system keeps the limit that a worker gives itself.
