@@ -80,10 +80,14 @@ pub fn draw(
     });
 }
 
-/// What a closed line goes around, once.
+/// What a line passes over, seen from where it begins: nothing of a straight one, and all of one that crosses itself.
 fn area(points: &[Pos2]) -> f32 {
-    let next = points.iter().cycle().skip(1);
-    0.5 * points.iter().zip(next).map(|(a, b)| a.x * b.y - b.x * a.y).sum::<f32>().abs()
+    let Some(first) = points.first() else { return 0.0 };
+    let over = |pair: &[Pos2]| {
+        let [a, b] = [pair[0] - *first, pair[1] - *first];
+        (a.x * b.y - b.x * a.y).abs()
+    };
+    0.5 * points.windows(2).map(over).sum::<f32>()
 }
 
 /// The line as far as it is drawn, closed by a line of dashes.
