@@ -149,8 +149,8 @@ impl Enclosed {
 pub const CUT_AWAY: &str = "cut away";
 
 /// Labels of a scan in which all that lassos cut away has a label of its own, which [`Labelling`](crate::Labelling) hides. On the grid
-/// of `labels`; on the scan's, where there are none or they are coarser or lie not all over it, each voxel with the label at its centre. Labels that are `spared`,
-/// by their values, are not cut. Without lassos, the labels as they were.
+/// of `labels`; on the scan's, where there are none or they are coarser or lie not all over it, each voxel with the label at its
+/// centre. Labels that are `spared`, by their values, are not cut. Without lassos, the labels as they were.
 ///
 /// # Errors
 /// [`LassoError`] when no value is left, or `cancel` was used.
