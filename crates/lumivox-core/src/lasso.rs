@@ -15,6 +15,7 @@ use serde::{Deserialize, Serialize};
 use crate::{
     document::{Rows, affine, rows},
     labels::{CutAway, Label, LabelVolume, UNLABELLED},
+    scene::nearest,
     task::{CancelToken, Cancelled, Progress, WorkStage},
     volume::Volume,
 };
@@ -227,12 +228,10 @@ fn are_as_fine(labels: &LabelVolume, volume: &Volume) -> bool {
 fn on_grid_of(volume: &Volume, labels: &LabelVolume) -> Vec<u8> {
     let own_from_voxel = labels.patient_from_voxel().inverse() * volume.patient_from_voxel();
     let [nx, ny, nz] = volume.dims();
-    let dims = DVec3::from_array(labels.dims().map(|n| n as f64));
     let at = |index: usize| {
         let voxel = [index % nx, index / nx % ny, index / (nx * ny)].map(|i| i as f64);
-        let own = own_from_voxel.transform_point3(DVec3::from_array(voxel)).round();
-        let is_inside = own.cmpge(DVec3::ZERO).all() && own.cmplt(dims).all();
-        if is_inside { labels.value(own.to_array().map(|x| x as usize)) } else { UNLABELLED }
+        let own = nearest(labels.volume(), own_from_voxel.transform_point3(DVec3::from_array(voxel)));
+        own.map_or(UNLABELLED, |own| labels.value(own))
     };
     (0..nx * ny * nz).into_par_iter().map(at).collect()
 }
