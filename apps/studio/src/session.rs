@@ -85,14 +85,17 @@ impl Asked {
 
     /// Whether a document is shown by that.
     fn is_of(&self, document: &SceneDocument) -> bool {
-        self.light.file() == document.environment.file()
-            && document.volumes.iter().map(ShownAs::of).eq(self.entries.iter().map(ShownAs::of))
+        self.is_alike(document, ShownAs::of)
     }
 
     /// Whether a document is shown by that but for what lassos cut away.
     fn is_of_uncut(&self, document: &SceneDocument) -> bool {
+        self.is_alike(document, ShownAs::uncut)
+    }
+
+    fn is_alike(&self, document: &SceneDocument, shown: impl Fn(&Entry) -> ShownAs) -> bool {
         self.light.file() == document.environment.file()
-            && document.volumes.iter().map(ShownAs::uncut).eq(self.entries.iter().map(ShownAs::uncut))
+            && document.volumes.iter().map(&shown).eq(self.entries.iter().map(&shown))
     }
 
     /// Makes a document such that it is shown by that; what has nothing to do with that stays.
