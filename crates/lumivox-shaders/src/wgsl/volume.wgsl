@@ -7,14 +7,14 @@ fn sample_trilinear(v: u32, p: vec3f) -> f32 {
 }
 
 fn sample_nearest(v: u32, p: vec3f) -> f32 {
-    let inside = clamp(p, vec3f(0.0), instances[v].dims - 1.0);
-    return load_brick(cell_at(v, vec3u(inside)), inside);
+    let voxel = vec3u(clamp(p, vec3f(0.0), instances[v].dims - 1.0));
+    return load_voxel(cell_at(v, voxel), vec3i(voxel));
 }
 
-// The voxel around a point of voxel space in the brick that a cell lies in. A brick reaches half a voxel further than its
-// cells, and what lies beyond the volume repeats the last voxel: a rounding leads to no other brick.
-fn load_brick(cell: Cell, p: vec3f) -> f32 {
-    return load_texel(cell_pool(cell), vec3i(p) + cell_texel_from_voxel(cell));
+// A voxel in the brick that a cell lies in. A brick reaches half a voxel further than its cells, and what lies beyond the
+// volume repeats the last voxel: a rounding leads to no other brick.
+fn load_voxel(cell: Cell, voxel: vec3i) -> f32 {
+    return load_texel(cell_pool(cell), voxel + cell_texel_from_voxel(cell));
 }
 
 // One of the cells in the brick that holds a voxel.
@@ -176,7 +176,7 @@ fn sample_volume(v: u32, p: vec3f) -> f32 {
 fn sample_in_cell(v: u32, p: vec3f, cell: Cell) -> f32 {
     if (MIXED_FILTERS) {
         switch instances[v].filter_kind {
-            case FILTER_NEAREST: { return load_brick(cell, p); }
+            case FILTER_NEAREST: { return load_voxel(cell, vec3i(p)); }
             case FILTER_TRICUBIC: { return sample_tricubic(v, p, cell); }
             default: {}
         }
