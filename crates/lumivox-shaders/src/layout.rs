@@ -112,7 +112,7 @@ pub struct Instance {
     pub surface_metallic: f32,
     pub light_number: u32,
     pub takes_shares: u32,
-    pub padding_x: u32,
+    pub labels: u32,
 }
 
 /// Twin of `Light`.

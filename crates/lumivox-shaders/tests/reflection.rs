@@ -114,7 +114,7 @@ fn twins_have_the_shaders_layout() {
             surface_metallic,
             light_number,
             takes_shares,
-            padding_x,
+            labels,
         }
     );
     assert_twin!(

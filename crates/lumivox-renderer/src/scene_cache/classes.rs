@@ -93,6 +93,11 @@ impl Looks {
         looks
     }
 
+    /// Rows that the looks that cells can name take. Those of labels begin at a place that kernels know.
+    fn rows_in_cells(&self) -> usize {
+        if self.styles.len() > 1 { constants::MOST_CELL_LOOKS as usize } else { self.in_cells.len() }
+    }
+
     /// How many of the looks that cells can name leave the opacity of their function as it is: the first ones.
     pub fn full_in_cells(&self) -> usize {
         self.in_cells.iter().take_while(|&&at| self.styles[at].factor == 1.0).count()
@@ -223,43 +228,36 @@ fn flag(is_on: bool) -> f32 {
     f32::from(u8::from(is_on))
 }
 
-/// The fields of an instance: where they are among all instances.
-#[derive(Clone, Copy, Debug, Default, PartialEq)]
-pub(super) struct Fields {
-    pub labels: Option<usize>,
-    pub depth: Option<usize>,
-}
-
 /// Pairs that the classification of an instance takes.
 pub(super) fn pairs_of(instance: &VolumeInstance, looks: &Looks) -> usize {
     let shapes = instance.cuts().count();
     constants::CLASS_PAIRS as usize
         + shapes * constants::SHAPE_PAIRS as usize
-        + (looks.in_cells.len() + looks.styles.len()) * constants::STYLE_PAIRS as usize
+        + (looks.rows_in_cells() + looks.styles.len()) * constants::STYLE_PAIRS as usize
         + looks.places.len()
 }
 
-/// The classification of an instance that begins at pair `begin`; `table` says where a function begins.
+/// The classification of an instance that begins at pair `begin`; `depth` says where its field of depths is among all instances,
+/// `table` where a function begins.
 pub(super) fn pairs(
     instance: &VolumeInstance,
     looks: &Looks,
     functions: &[Function],
     voxel_from_patient: DAffine3,
-    fields: Fields,
+    depth: Option<usize>,
     begin: usize,
     table: impl Fn(usize) -> usize,
 ) -> Vec<[f32; 2]> {
-    // By way of 32 bits, which need no branch: compilers convert before they ask whether there is one, and valgrind objects.
-    let place = |field: Option<usize>| field.map_or(-1.0, |index| index as u32 as f32);
     let Shapes { list: shapes, of_rays } = Shapes::new(instance, looks);
-    let first_shape =
-        begin + constants::CLASS_PAIRS as usize + looks.in_cells.len() * constants::STYLE_PAIRS as usize;
-    let first_style = first_shape + shapes.len() * constants::SHAPE_PAIRS as usize;
-    let first_place = first_style + looks.styles.len() * constants::STYLE_PAIRS as usize;
+    let first_style =
+        begin + constants::CLASS_PAIRS as usize + looks.rows_in_cells() * constants::STYLE_PAIRS as usize;
+    let first_shape = first_style + looks.styles.len() * constants::STYLE_PAIRS as usize;
+    let first_place = first_shape + shapes.len() * constants::SHAPE_PAIRS as usize;
     let [peel, width] = instance.peel.as_ref().map_or([0.0, 1.0], |peel| [peel.mm, peel.width_mm()]);
     let cut_width = instance.volume.spacing_mm().min_element();
+    // By way of 32 bits, which need no branch: compilers convert before they ask whether there is one, and valgrind objects.
     let mut pairs = vec![
-        [place(fields.labels), place(fields.depth)],
+        [0.0, depth.map_or(-1.0, |index| index as u32 as f32)],
         [peel as f32, (1.0 / width) as f32],
         [shapes.len() as f32, (1.0 / cut_width) as f32],
         [first_style as f32, first_shape as f32],
@@ -282,12 +280,13 @@ pub(super) fn pairs(
         ]
     };
     pairs.extend(looks.in_cells.iter().flat_map(|&at| of_style(&looks.styles[at])));
+    pairs.resize(first_style - begin, [0.0; 2]);
+    pairs.extend(looks.styles.iter().flat_map(of_style));
     for shape in &shapes {
         let rows = affine_rows(shape_from_voxel(shape, voxel_from_patient));
         pairs.extend(rows.into_iter().flat_map(|[x, y, z, w]| [[x, y], [z, w]]));
         pairs.extend([kind_and_sign(shape), [0.0; 2]]);
     }
-    pairs.extend(looks.styles.iter().flat_map(of_style));
     let before = std::iter::once(0.0).chain(looks.places.iter().copied());
     pairs.extend(
         looks

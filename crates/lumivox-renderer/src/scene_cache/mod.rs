@@ -36,7 +36,7 @@ use self::changing_light::MeanLight;
 pub(crate) use self::changing_light::{LightPast, change_of_color, kept_after};
 use self::classes::Looks;
 use self::environment::{CachedEnvironment, NewMap};
-use self::fields::Field;
+use self::fields::{Field, FieldKind};
 pub(crate) use self::hierarchy::MANY as MANY_VOLUMES;
 use self::hierarchy::{Bounds, Node};
 pub(crate) use self::lights::effective as effective_lights;
@@ -301,7 +301,10 @@ impl SceneCache {
         };
         let shapes = placed.iter().map(shape).collect();
         self.numbers.update(shapes);
-        let traced = placed.iter().enumerate().map(|(i, p)| self.instance(i, p, origin));
+        let traced = placed.iter().enumerate().map(|(i, p)| {
+            let labels = Field::find(fields, i, FieldKind::Labels).map(|at| placed.len() + at);
+            self.instance(i, p, labels, origin)
+        });
         let read = fields.iter().enumerate().map(|(i, field)| {
             let of = &placed[field.of];
             let factor = self.acquired(&of.source()).bricks.factor;
@@ -319,7 +322,8 @@ impl SceneCache {
         instances_changed | nodes_changed | moved
     }
 
-    fn instance(&self, index: usize, placed: &Placed<'_>, origin: DVec3) -> Instance {
+    /// `labels` is where its field of labels is among all instances.
+    fn instance(&self, index: usize, placed: &Placed<'_>, labels: Option<usize>, origin: DVec3) -> Instance {
         let Placed { instance, medium, looks, patient_from_world } = placed;
         let volume = &*instance.volume;
         let SceneCopy { bricks, ranges } = self.acquired(&placed.source());
@@ -376,7 +380,7 @@ impl SceneCache {
             surface_metallic: surface.metallic as f32,
             light_number: self.numbers.of(index),
             takes_shares: u32::from(placed.classes().shares),
-            ..Instance::default()
+            labels: labels.map_or(u32::MAX, |at| at as u32),
         }
     }
 

@@ -4,7 +4,7 @@ use std::ops::Range;
 
 use lumivox_shaders::layout::{ImportanceCell, Light, TABLE_PAIRS, TABLE_SIZE};
 
-use super::classes::{self, Fields, Looks};
+use super::classes::{self, Looks};
 use super::fields::{Field, FieldKind};
 use super::hierarchy::Node;
 use super::label_sets::{self, CellLabels};
@@ -419,14 +419,13 @@ impl Wanted<'_> {
             grid_offset: self.grid_offset,
         };
         if self.classified {
-            let fields =
-                Fields { labels: self.labels.map(|(at, _)| at), depth: self.depth.map(|(at, _)| at) };
+            let depth = self.depth.map(|(at, _)| at);
             let map = voxel_from_patient(volume, acquired.bricks.factor);
             let starts = starts(looks, table_offset);
             let begin = entry.first_class();
             let table = |function: usize| starts[function];
             entry.classes =
-                classes::pairs(placed.instance, looks, &entry.functions, map, fields, begin, table);
+                classes::pairs(placed.instance, looks, &entry.functions, map, depth, begin, table);
         }
         entry
     }

@@ -6,18 +6,18 @@
 //
 // What a volume's points are besides their values lies behind the transfer functions, from `instances[v].classes` on, in
 // pairs of numbers; whole ones are floats, too, for as bits small integers would be denormal and might be lost:
-// - the instances that are its fields of labels and of depths, -1 where there is none;
+// - nothing; the instance that is its field of depths, -1 where there is none;
 // - what is peeled in mm, and one over the border's width;
 // - how many clip shapes there are, and one over the width of the surface that a cut leaves, in 1/mm;
-// - where the styles begin, and where the clip shapes do;
+// - where the styles by label begin, and where the clip shapes do;
 // - how many of the first clip shapes rays are clipped against as a whole; nothing;
-// - the styles that cells name by place, from 1;
-// - each clip shape: the rows of the map from voxel space to its own, in six pairs; its kind, and 1 or -1 where it is
-//   inverted; nothing;
+// - the styles that cells name by place, from 1: where there are labels, with room for MOST_CELL_LOOKS;
 // - the styles by label, STYLE_PAIRS each: scale and bias of the table's coordinate; the first pair of the function and the
 //   factor of its opacity; red and green; blue, and whether the colour counts; strength and inverse gradient of the surface;
 //   its lobe's anisotropy and its reflectance; how many rows for gradients come after the first, and where their places
 //   are; whether it is clipped, and how much of its colour its mirror has;
+// - each clip shape: the rows of the map from voxel space to its own, in six pairs; its kind, and 1 or -1 where it is
+//   inverted; nothing;
 // - places of rows: the gradient per mm, and one over its distance to the one before.
 
 struct Reading {
@@ -41,7 +41,7 @@ fn read_medium(v: u32, p: vec3f, cell: Cell, texel: f32, rng: ptr<function, Rng>
         style += (look - 1u) * STYLE_PAIRS;
         is_full = look - 1u < instances[v].full_looks;
         if (look == 0u) {
-            style = style_at(p, pair_at(classes).x, u32(pair_at(classes + 3u).x), rng);
+            style = style_at(v, p, rng);
         }
     }
     var share = 1.0;
@@ -72,11 +72,13 @@ fn what_is_left(classes: u32, p: vec3f, share: f32, is_clipped: bool) -> f32 {
 
 // A label by the shares that a cubic B-spline gives those around: the nearest voxel to a point that is moved by the sum of
 // three uniform numbers along each axis. Each number has eight bits. The outer voxels go on beyond the grid for what is in it.
-fn style_at(p: vec3f, labels: f32, styles: u32, rng: ptr<function, Rng>) -> u32 {
-    if (labels < 0.0) {
-        return styles;
+fn style_at(v: u32, p: vec3f, rng: ptr<function, Rng>) -> u32 {
+    let classes = instances[v].classes;
+    let field = instances[v].labels;
+    if (field == NO_VOLUME) {
+        return u32(pair_at(classes + 3u).x);
     }
-    let field = u32(labels);
+    let styles = classes + CLASS_PAIRS + MOST_CELL_LOOKS * STYLE_PAIRS;
     // Of one random number and its products with two odd ones, for hashes cost more: `tests/drawn_labels.rs` says how evenly
     // these sums are spread.
     let bits = rng_bits(rng);

@@ -133,7 +133,8 @@ struct Instance {
     light_number: u32,
     // Whether some of its points have a share of their value's opacity alone: by labels, peeling or clip shapes.
     takes_shares: u32,
-    padding_x: u32,
+    // The instance that is its field of labels, or NO_VOLUME.
+    labels: u32,
 }
 
 const NO_VOLUME: u32 = 0xffffffffu;
