@@ -309,52 +309,86 @@ fn every_kernel_does_without_uniform_buffers() {
     }
 }
 
+/// One by one, and all that is asked of each at once: to parse and validate them takes longest.
 #[test]
-fn bindings_and_workgroups_are_as_declared() {
-    use naga::{AddressSpace, ImageClass, ImageDimension, StorageAccess, TypeInner};
+fn every_kernel_is_as_declared_and_becomes_spirv_1_3_hlsl_and_msl() {
     for kernel in Kernel::all() {
         let module = module(kernel);
-        let mut found: Vec<(u32, BindingKind)> = module
-            .global_variables
-            .iter()
-            .filter_map(|(_, variable)| {
-                let binding = variable.binding.as_ref()?;
-                assert_eq!(binding.group, 0);
-                let kind = match (variable.space, &module.types[variable.ty].inner) {
-                    (AddressSpace::Uniform, _) => BindingKind::Uniform,
-                    (AddressSpace::Storage { access }, _) if access.contains(StorageAccess::STORE) => {
-                        BindingKind::StorageReadWrite
-                    }
-                    (AddressSpace::Storage { .. }, _) => BindingKind::StorageRead,
-                    (_, TypeInner::Sampler { .. }) => BindingKind::LinearSampler,
-                    (
-                        _,
-                        TypeInner::Image {
-                            dim: ImageDimension::D3, class: ImageClass::Sampled { .. }, ..
-                        },
-                    ) => BindingKind::Texture3d,
-                    (_, TypeInner::Image { dim: ImageDimension::D2, .. }) => BindingKind::Texture2dLoaded,
-                    other => panic!("{kernel:?}: unexpected global {other:?}"),
-                };
-                Some((binding.binding, kind))
-            })
-            .collect();
-        found.sort_by_key(|(index, _)| *index);
-        let declared: Vec<_> = (0..).zip(kernel.bindings().iter().copied()).collect();
-        assert_eq!(found, declared, "{kernel:?}");
-        match kernel.kind() {
-            KernelKind::Compute => {
-                let entry = &module.entry_points[0];
-                assert_eq!(entry.name, kernel.entry_point());
-                let [x, y] = kernel.workgroup_size();
-                assert_eq!(entry.workgroup_size, [x, y, 1], "{kernel:?}");
-            }
-            KernelKind::DrawColor | KernelKind::DrawDepth => {
-                let has =
-                    |stage, name| module.entry_points.iter().any(|e| e.stage == stage && e.name == name);
-                assert!(has(naga::ShaderStage::Vertex, Kernel::VERTEX_ENTRY_POINT));
-                assert!(has(naga::ShaderStage::Fragment, kernel.entry_point()));
-            }
+        let mut validator = naga::valid::Validator::new(naga::valid::ValidationFlags::all(), CAPABILITIES);
+        let info = validator.validate(&module).unwrap_or_else(|e| panic!("{kernel:?}: {e:?}"));
+        has_bindings_and_workgroups_as_declared(kernel, &module);
+        becomes_spirv_1_3_hlsl_and_msl(kernel, &module, &info);
+        chooses_vectors_by_one_condition(kernel, &module, &info);
+    }
+}
+
+fn has_bindings_and_workgroups_as_declared(kernel: Kernel, module: &naga::Module) {
+    use naga::{AddressSpace, ImageClass, ImageDimension, StorageAccess, TypeInner};
+    let mut found: Vec<(u32, BindingKind)> = module
+        .global_variables
+        .iter()
+        .filter_map(|(_, variable)| {
+            let binding = variable.binding.as_ref()?;
+            assert_eq!(binding.group, 0);
+            let kind = match (variable.space, &module.types[variable.ty].inner) {
+                (AddressSpace::Uniform, _) => BindingKind::Uniform,
+                (AddressSpace::Storage { access }, _) if access.contains(StorageAccess::STORE) => {
+                    BindingKind::StorageReadWrite
+                }
+                (AddressSpace::Storage { .. }, _) => BindingKind::StorageRead,
+                (_, TypeInner::Sampler { .. }) => BindingKind::LinearSampler,
+                (_, TypeInner::Image { dim: ImageDimension::D3, class: ImageClass::Sampled { .. }, .. }) => {
+                    BindingKind::Texture3d
+                }
+                (_, TypeInner::Image { dim: ImageDimension::D2, .. }) => BindingKind::Texture2dLoaded,
+                other => panic!("{kernel:?}: unexpected global {other:?}"),
+            };
+            Some((binding.binding, kind))
+        })
+        .collect();
+    found.sort_by_key(|(index, _)| *index);
+    let declared: Vec<_> = (0..).zip(kernel.bindings().iter().copied()).collect();
+    assert_eq!(found, declared, "{kernel:?}");
+    match kernel.kind() {
+        KernelKind::Compute => {
+            let entry = &module.entry_points[0];
+            assert_eq!(entry.name, kernel.entry_point());
+            let [x, y] = kernel.workgroup_size();
+            assert_eq!(entry.workgroup_size, [x, y, 1], "{kernel:?}");
+        }
+        KernelKind::DrawColor | KernelKind::DrawDepth => {
+            let has = |stage, name| module.entry_points.iter().any(|e| e.stage == stage && e.name == name);
+            assert!(has(naga::ShaderStage::Vertex, Kernel::VERTEX_ENTRY_POINT));
+            assert!(has(naga::ShaderStage::Fragment, kernel.entry_point()));
+        }
+    }
+}
+
+fn becomes_spirv_1_3_hlsl_and_msl(kernel: Kernel, module: &naga::Module, info: &naga::valid::ModuleInfo) {
+    use naga::back::{hlsl, msl, spv};
+    let options = spv::Options { lang_version: (1, 3), ..Default::default() };
+    let words = spv::write_vec(module, info, &options, None).unwrap();
+    assert_eq!(words[0], 0x0723_0203, "SPIR-V's magic number");
+
+    let mut text = String::new();
+    let options = hlsl::Options { fake_missing_bindings: true, ..Default::default() };
+    let pipeline = hlsl::PipelineOptions::default();
+    hlsl::Writer::new(&mut text, &options, &pipeline).write(module, info, None).unwrap();
+    assert!(text.contains(kernel.entry_point()));
+
+    let options = msl::Options { fake_missing_bindings: true, ..Default::default() };
+    let (text, _) = msl::write_string(module, info, &options, &msl::PipelineOptions::default()).unwrap();
+    assert!(text.contains(kernel.entry_point()));
+}
+
+/// Microsoft's DXC, which Unity compiles with, takes one condition for all of a vector: `choose.wgsl` is for the others.
+fn chooses_vectors_by_one_condition(kernel: Kernel, module: &naga::Module, info: &naga::valid::ModuleInfo) {
+    for (handle, function) in module.functions.iter() {
+        for (_, expression) in function.expressions.iter() {
+            let naga::Expression::Select { condition, .. } = expression else { continue };
+            let ty = info[handle][*condition].ty.inner_with(&module.types);
+            let name = function.name.as_deref().unwrap_or_default();
+            assert!(matches!(ty, naga::TypeInner::Scalar(_)), "{kernel:?}: `select` in {name}");
         }
     }
 }
@@ -373,48 +407,5 @@ fn no_kernel_binds_more_storage_buffers_than_there_are() {
             _ => 8,
         };
         assert!(count <= most, "{kernel:?} binds {count}");
-    }
-}
-
-#[test]
-fn every_kernel_becomes_spirv_1_3_hlsl_and_msl() {
-    use naga::back::{hlsl, msl, spv};
-    for kernel in Kernel::all() {
-        let module = module(kernel);
-        let mut validator = naga::valid::Validator::new(naga::valid::ValidationFlags::all(), CAPABILITIES);
-        let info = validator.validate(&module).unwrap_or_else(|e| panic!("{kernel:?}: {e:?}"));
-
-        let options = spv::Options { lang_version: (1, 3), ..Default::default() };
-        let words = spv::write_vec(&module, &info, &options, None).unwrap();
-        assert_eq!(words[0], 0x0723_0203, "SPIR-V's magic number");
-
-        let mut text = String::new();
-        let options = hlsl::Options { fake_missing_bindings: true, ..Default::default() };
-        let pipeline = hlsl::PipelineOptions::default();
-        hlsl::Writer::new(&mut text, &options, &pipeline).write(&module, &info, None).unwrap();
-        assert!(text.contains(kernel.entry_point()));
-
-        let options = msl::Options { fake_missing_bindings: true, ..Default::default() };
-        let (text, _) =
-            msl::write_string(&module, &info, &options, &msl::PipelineOptions::default()).unwrap();
-        assert!(text.contains(kernel.entry_point()));
-    }
-}
-
-/// Microsoft's DXC, which Unity compiles with, takes one condition for all of a vector: `choose.wgsl` is for the others.
-#[test]
-fn vectors_are_chosen_by_one_condition() {
-    for kernel in Kernel::all() {
-        let module = module(kernel);
-        let mut validator = naga::valid::Validator::new(Default::default(), CAPABILITIES);
-        let info = validator.validate(&module).unwrap();
-        for (handle, function) in module.functions.iter() {
-            for (_, expression) in function.expressions.iter() {
-                let naga::Expression::Select { condition, .. } = expression else { continue };
-                let ty = info[handle][*condition].ty.inner_with(&module.types);
-                let name = function.name.as_deref().unwrap_or_default();
-                assert!(matches!(ty, naga::TypeInner::Scalar(_)), "{kernel:?}: `select` in {name}");
-            }
-        }
     }
 }
