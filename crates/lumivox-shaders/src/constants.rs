@@ -65,7 +65,12 @@ constants! {
     #[expect(missing_docs, reason = "as above")]
     FILTER_TRICUBIC: u32 = 2;
 
-    /// Odd numbers that make two more of a random number, where a label is drawn.
+    /// Set in [`Instance::labels`](crate::layout::Instance::labels) where a label's voxels are those of the volume.
+    LABELS_LIE_ON_VOXELS: u32 = 0x8000_0000;
+
+    /// Odd numbers that make three of a random number, where a label is drawn.
+    FIRST_DRAW: u32 = 0x9e37_79b9;
+    #[expect(missing_docs, reason = "as above")]
     SECOND_DRAW: u32 = 0xb22b_b7fb;
     #[expect(missing_docs, reason = "as above")]
     THIRD_DRAW: u32 = 0xfd90_e703;

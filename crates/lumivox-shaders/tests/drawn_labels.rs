@@ -1,7 +1,10 @@
-//! A label is drawn by where a point comes to be that is moved by the sum of three numbers along each axis. They are bytes of one
-//! random number and of two products of it: as good as three random numbers, if the sums are spread as theirs.
+//! A label is drawn by where a point comes to be that is moved by the sum of three numbers along each axis. They are bytes of three
+//! products of one random number: as good as three random numbers, if the sums are spread as theirs.
+//!
+//! The same number has decided whether light may collide at the point, by being small, or how far it came: so its products have to be
+//! spread alike wherever it lies.
 
-use lumivox_shaders::constants::{SECOND_DRAW, THIRD_DRAW};
+use lumivox_shaders::constants::{FIRST_DRAW, SECOND_DRAW, THIRD_DRAW};
 
 /// Sums of three bytes.
 const SUMS: usize = 3 * 255 + 1;
@@ -31,7 +34,8 @@ fn cumulative(density: &[f64]) -> Vec<f64> {
         .collect()
 }
 
-fn sum(bits: u32, axis: usize) -> usize {
+fn sum(drawn: u32, axis: usize) -> usize {
+    let bits = drawn.wrapping_mul(FIRST_DRAW);
     let byte = |word: u32, axis: usize| (word >> (8 * (axis % 3 + 1)) & 255) as usize;
     byte(bits, axis)
         + byte(bits.wrapping_mul(SECOND_DRAW), axis + 1)
@@ -43,22 +47,42 @@ fn random_numbers() -> impl Iterator<Item = u32> {
     (0..1u32 << 26).map(|i| i << 6 | i.wrapping_mul(0x9e37_79b9) >> 26)
 }
 
-#[test]
-fn a_label_is_drawn_along_each_axis_as_by_independent_numbers() {
-    let mut counts = [[0u32; SUMS]; 3];
+/// How far the sums of some numbers along an axis are from being spread as those of three independent bytes.
+fn apart(numbers: impl Iterator<Item = u32>, axis: usize) -> f64 {
+    let mut counts = [0u32; SUMS];
     let mut total = 0.0;
-    for bits in random_numbers() {
-        for (axis, counts) in counts.iter_mut().enumerate() {
-            counts[sum(bits, axis)] += 1;
-        }
+    for drawn in numbers {
+        counts[sum(drawn, axis)] += 1;
         total += 1.0;
     }
-    let wanted = independent();
-    for (axis, counts) in counts.iter().enumerate() {
-        let got = cumulative(&counts.map(|n| f64::from(n) / total));
-        let apart = got.iter().zip(&wanted).map(|(a, b)| (a - b).abs()).fold(0.0, f64::max);
+    let got = cumulative(&counts.map(|n| f64::from(n) / total));
+    got.iter().zip(&independent()).map(|(a, b)| (a - b).abs()).fold(0.0, f64::max)
+}
+
+#[test]
+fn a_label_is_drawn_along_each_axis_as_by_independent_numbers() {
+    for axis in 0..3 {
+        let apart = apart(random_numbers(), axis);
         println!("axis {axis}: {apart:.1e}");
         assert!(apart < 3e-5, "axis {axis}: {apart}");
+    }
+}
+
+/// Of light that collides seldom, one time in 16, in 256, in 4096; and of what came about so far.
+#[test]
+fn a_label_does_not_depend_on_what_else_its_number_decides() {
+    for bits in [28, 24, 20] {
+        for first in [0u32, 5, 11].map(|part| part << bits) {
+            for axis in 0..3 {
+                let numbers = (0..1u32 << bits).step_by(1 << (bits - 20)).map(|i| first + i);
+                // Neighbours share their low bits' products: each is another of its few.
+                let numbers =
+                    numbers.map(|i| i | i.wrapping_mul(0x85eb_ca6b).checked_shr(52 - bits).unwrap_or(0));
+                let apart = apart(numbers, axis);
+                println!("{bits} bits from {first:#x}, axis {axis}: {apart:.1e}");
+                assert!(apart < 2e-3, "{bits} bits from {first:#x}, axis {axis}: {apart}");
+            }
+        }
     }
 }
 

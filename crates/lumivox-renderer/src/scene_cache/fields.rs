@@ -82,3 +82,12 @@ impl Field {
         }
     }
 }
+
+/// What kernels are told of a field of labels: its place among all instances, and whether its voxels are those of the volume.
+pub(super) fn labels_at(place: usize, twin: &Instance) -> u32 {
+    let of_voxels = affine_rows(DAffine3::IDENTITY);
+    let rows = twin.voxel_from_world.iter().flatten().zip(of_voxels.iter().flatten());
+    // Far less than what a label is drawn by, which has steps of 1/256 voxel.
+    let is_same = rows.map(|(own, same)| (own - same).abs()).all(|apart| apart < 1e-6);
+    place as u32 | if is_same { constants::LABELS_LIE_ON_VOXELS } else { 0 }
+}

@@ -301,17 +301,26 @@ impl SceneCache {
         };
         let shapes = placed.iter().map(shape).collect();
         self.numbers.update(shapes);
-        let traced = placed.iter().enumerate().map(|(i, p)| {
-            let labels = Field::find(fields, i, FieldKind::Labels).map(|at| placed.len() + at);
-            self.instance(i, p, labels, origin)
-        });
-        let read = fields.iter().enumerate().map(|(i, field)| {
-            let of = &placed[field.of];
-            let factor = self.acquired(&of.source()).bricks.factor;
-            let patient_from_voxel = voxel_from_patient(&of.instance.volume, factor).inverse();
-            field.twin(self.acquired(&field.source), patient_from_voxel, self.tables.field_grid(i))
-        });
-        let instances = traced.chain(read).collect();
+        let read: Vec<_> = fields
+            .iter()
+            .enumerate()
+            .map(|(i, field)| {
+                let of = &placed[field.of];
+                let factor = self.acquired(&of.source()).bricks.factor;
+                let patient_from_voxel = voxel_from_patient(&of.instance.volume, factor).inverse();
+                field.twin(self.acquired(&field.source), patient_from_voxel, self.tables.field_grid(i))
+            })
+            .collect();
+        let traced: Vec<_> = placed
+            .iter()
+            .enumerate()
+            .map(|(i, p)| {
+                let labels = Field::find(fields, i, FieldKind::Labels);
+                let labels = labels.map_or(u32::MAX, |at| fields::labels_at(placed.len() + at, &read[at]));
+                self.instance(i, p, labels, origin)
+            })
+            .collect();
+        let instances = traced.into_iter().chain(read).collect();
         self.traced = placed.len();
         let bounds: Vec<Bounds> = placed.iter().map(|p| Bounds::of(p.instance, origin)).collect();
         self.around = Bounds::around(bounds.iter().copied());
@@ -322,8 +331,8 @@ impl SceneCache {
         instances_changed | nodes_changed | moved
     }
 
-    /// `labels` is where its field of labels is among all instances.
-    fn instance(&self, index: usize, placed: &Placed<'_>, labels: Option<usize>, origin: DVec3) -> Instance {
+    /// `labels` is what kernels are told of its field of labels.
+    fn instance(&self, index: usize, placed: &Placed<'_>, labels: u32, origin: DVec3) -> Instance {
         let Placed { instance, medium, looks, patient_from_world } = placed;
         let volume = &*instance.volume;
         let SceneCopy { bricks, ranges } = self.acquired(&placed.source());
@@ -380,7 +389,7 @@ impl SceneCache {
             surface_metallic: surface.metallic as f32,
             light_number: self.numbers.of(index),
             takes_shares: u32::from(placed.classes().shares),
-            labels: labels.map_or(u32::MAX, |at| at as u32),
+            labels,
         }
     }
 

@@ -29,8 +29,9 @@ struct Reading {
 
 // At a point of voxel space in a cell, where the stored value is `texel`. Of labels, one is drawn by their shares: what
 // depends on it then is that of their mixture in the mean, which is all that tracking needs. Where the cell's class knows what
-// would be drawn, or that nothing is taken off, it is not asked for.
-fn read_medium(v: u32, p: vec3f, cell: Cell, texel: f32, rng: ptr<function, Rng>) -> Reading {
+// would be drawn, or that nothing is taken off, it is not asked for. `drawn` are random bits, which may have decided about light
+// at this point: small ones that it may collide, or how far it came.
+fn read_medium(v: u32, p: vec3f, cell: Cell, texel: f32, drawn: u32) -> Reading {
     let classes = instances[v].classes;
     let in_common = cell_class(cell);
     let look = in_common & (CLASS_IS_WHOLE - 1u);
@@ -41,7 +42,7 @@ fn read_medium(v: u32, p: vec3f, cell: Cell, texel: f32, rng: ptr<function, Rng>
         style += (look - 1u) * STYLE_PAIRS;
         is_full = look - 1u < instances[v].full_looks;
         if (look == 0u) {
-            style = style_at(v, p, rng);
+            style = style_at(v, p, drawn);
         }
     }
     var share = 1.0;
@@ -72,25 +73,29 @@ fn what_is_left(classes: u32, p: vec3f, share: f32, is_clipped: bool) -> f32 {
 
 // A label by the shares that a cubic B-spline gives those around: the nearest voxel to a point that is moved by the sum of
 // three uniform numbers along each axis. Each number has eight bits. The outer voxels go on beyond the grid for what is in it.
-fn style_at(v: u32, p: vec3f, rng: ptr<function, Rng>) -> u32 {
+fn style_at(v: u32, p: vec3f, drawn: u32) -> u32 {
     let classes = instances[v].classes;
-    let field = instances[v].labels;
-    if (field == NO_VOLUME) {
+    let labels = instances[v].labels;
+    if (labels == NO_VOLUME) {
         return u32(pair_at(classes + 3u).x);
     }
     let styles = classes + CLASS_PAIRS + MOST_CELL_LOOKS * STYLE_PAIRS;
-    // Of one random number and its products with two odd ones, for hashes cost more: `tests/drawn_labels.rs` says how evenly
-    // these sums are spread.
-    let bits = rng_bits(rng);
+    // Of three products of the number that decided about light here, for hashes cost more: `tests/drawn_labels.rs` says how
+    // evenly these sums are spread.
+    let bits = drawn * FIRST_DRAW;
     let moved = three_bytes(bits) + three_bytes(bits * SECOND_DRAW).yzx + three_bytes(bits * THIRD_DRAW).zxy;
-    let here = voxel_from_world(field, p);
+    let field = labels & ~LABELS_LIE_ON_VOXELS;
+    var here = p;
+    if (field == labels) {
+        here = voxel_from_world(field, p);
+    }
     let dims = instances[field].dims;
     if (any(here < vec3f(0.0)) || any(here >= dims)) {
         return styles;
     }
-    // Sums as 256ths without a conversion, of which cards do few at a time: a float's last bits between 2^15 and 2^16.
-    let by = bitcast<vec3f>(moved | vec3u(0x47000000u)) - 32769.5;
-    let at = vec3u(clamp(here + by + 1.5 / 256.0, vec3f(0.0), dims - 0.5));
+    // In 256ths, without a conversion, of which cards do few at a time: the last bits of floats between 2^14 and 2^15.
+    let by = bitcast<vec3f>(2u * moved + 0x46800003u) - 16385.5;
+    let at = vec3u(clamp(here + by, vec3f(0.0), dims - 0.5));
     let texel = load_voxel(cell_at(field, at), vec3i(at));
     let label = u32(texel * instances[field].table_scale + instances[field].table_bias + 0.5);
     return styles + min(label, 255u) * STYLE_PAIRS;

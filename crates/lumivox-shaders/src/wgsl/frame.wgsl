@@ -133,7 +133,7 @@ struct Instance {
     light_number: u32,
     // Whether some of its points have a share of their value's opacity alone: by labels, peeling or clip shapes.
     takes_shares: u32,
-    // The instance that is its field of labels, or NO_VOLUME.
+    // The instance that is its field of labels, with LABELS_LIE_ON_VOXELS where that has the same voxels, or NO_VOLUME.
     labels: u32,
 }
 

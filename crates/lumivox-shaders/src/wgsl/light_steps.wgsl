@@ -71,7 +71,11 @@ fn see_volume(v: u32, origin: vec3f, direction: vec3f, t_max: f32, rng: ptr<func
                 var sigma_t = most_opacity(v, texel) * m.scale;
                 var reading = Reading();
                 if (sigma_t > 0.0) {
-                    reading = read_medium(v, m.origin + t * m.direction, cell, texel, rng);
+                    var drawn = 0u;
+                    if (LABELS) {
+                        drawn = rng_bits(rng);
+                    }
+                    reading = read_medium(v, m.origin + t * m.direction, cell, texel, drawn);
                     if (SHARES) {
                         sigma_t = opacity(v, reading) * m.scale;
                     }

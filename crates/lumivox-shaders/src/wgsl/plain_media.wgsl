@@ -6,7 +6,7 @@ struct Reading {
 }
 
 // At a point of voxel space in a cell, where the stored value is `texel`.
-fn read_medium(v: u32, p: vec3f, cell: Cell, texel: f32, rng: ptr<function, Rng>) -> Reading {
+fn read_medium(v: u32, p: vec3f, cell: Cell, texel: f32, drawn: u32) -> Reading {
     return Reading(texel);
 }
 

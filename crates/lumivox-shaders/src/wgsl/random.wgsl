@@ -38,7 +38,11 @@ fn rng_bits(rng: ptr<function, Rng>) -> u32 {
 
 // Uniform in [0, 1), a multiple of 2^-24.
 fn rng_next(rng: ptr<function, Rng>) -> f32 {
-    return f32(rng_bits(rng) >> 8u) * 0x1p-24f;
+    return uniform_of(rng_bits(rng));
+}
+
+fn uniform_of(bits: u32) -> f32 {
+    return f32(bits >> 8u) * 0x1p-24f;
 }
 
 fn rng_next2(rng: ptr<function, Rng>) -> vec2f {

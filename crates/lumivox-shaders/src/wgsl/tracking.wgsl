@@ -166,11 +166,12 @@ fn next_collision(origin: vec3f, direction: vec3f, t_max: f32, rng: ptr<function
             }
             let p = m.origin + m.t * m.direction;
             let texel = sample_in_cell(v, p, m.cell);
-            let threshold = rng_next(rng) * majorant;
+            let drawn = rng_bits(rng);
+            let threshold = uniform_of(drawn) * majorant;
             // Most of them are none, whatever the point's class is: it is asked for afterwards.
             let most = most_opacity(v, texel);
             if (threshold < most * m.scale) {
-                let reading = read_medium(v, p, m.cell, texel, rng);
+                let reading = read_medium(v, p, m.cell, texel, drawn);
                 if (!SHARES || threshold < opacity_within(most, v, reading) * m.scale) {
                     nearest = Collision(IN_VOLUME, m.t_enter + m.t, v, reading);
                     break;
@@ -198,7 +199,8 @@ fn transmittance(origin: vec3f, direction: vec3f, t_max: f32, rng: ptr<function,
             continue;
         }
         loop {
-            let majorant = march_to_tentative(&m, -log(1.0 - rng_next(rng)));
+            let drawn = rng_bits(rng);
+            let majorant = march_to_tentative(&m, -log(1.0 - uniform_of(drawn)));
             if (majorant == 0.0 || !take_turn()) {
                 break;
             }
@@ -206,7 +208,7 @@ fn transmittance(origin: vec3f, direction: vec3f, t_max: f32, rng: ptr<function,
             let texel = sample_in_cell(v, p, m.cell);
             var of_point = most_opacity(v, texel);
             if (SHARES && of_point > 0.0 && instances[v].takes_shares > 0u) {
-                of_point = opacity_within(of_point, v, read_medium(v, p, m.cell, texel, rng));
+                of_point = opacity_within(of_point, v, read_medium(v, p, m.cell, texel, drawn));
             }
             let sigma_t = of_point * m.scale;
             product *= max(1.0 - sigma_t / majorant, 0.0);
