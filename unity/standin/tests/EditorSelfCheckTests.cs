@@ -300,7 +300,7 @@ namespace Lumivox.Tests
 
         /// Whatever the open scene has: fog, volumes, lights, light around it.
         [TestCase("Built-in", Category = "Slow")]
-        [TestCase("graph", Category = "Slow")]
+        [TestCase("graph")]
         [TestCase("HDRP")]
         public void AllPipelinesShowTheSameAndTheSceneThatIsOpenStaysAsItIs(string kind)
         {

@@ -18,6 +18,9 @@ pub(super) enum FieldKind {
 /// Depths along a side of a cell.
 const DEPTH_CELL_SIZE: u32 = 8;
 
+/// As in `frame.wgsl`: there is none.
+const NO_VOLUME: u32 = u32::MAX;
+
 /// A field of an instance. Instances share its voxels, not its place.
 #[derive(Clone, Debug)]
 pub(super) struct Field {
@@ -60,9 +63,25 @@ impl Field {
         GridKey::new(lumivox_core::Filter::Trilinear, Some(cell_size))
     }
 
+    /// All as kernels read them. `acquired` has what is there of a source, `grid` where the cells of a field begin.
+    pub fn twins<'a>(
+        fields: &[Self],
+        instances: &[Placed<'_>],
+        acquired: impl Fn(&Source) -> &'a SceneCopy,
+        grid: impl Fn(usize) -> usize,
+    ) -> Vec<Instance> {
+        let twin = |(i, field): (usize, &Self)| {
+            let of = &instances[field.of];
+            let factor = acquired(&of.source()).bricks.factor;
+            let patient_from_voxel = voxel_from_patient(&of.instance.volume, factor).inverse();
+            field.twin(acquired(&field.source), patient_from_voxel, grid(i))
+        };
+        fields.iter().enumerate().map(twin).collect()
+    }
+
     /// As kernels read it: `voxel_from_world` maps from the voxel space of the instance, and `table_scale` and
     /// `table_bias` send texels to values.
-    pub fn twin(&self, copy: &SceneCopy, patient_from_voxel: DAffine3, grid_offset: usize) -> Instance {
+    fn twin(&self, copy: &SceneCopy, patient_from_voxel: DAffine3, grid_offset: usize) -> Instance {
         let SceneCopy { bricks, ranges } = copy;
         let volume = &*self.source.volume;
         let texel = TexelScale::of(volume);
@@ -81,13 +100,15 @@ impl Field {
             ..Default::default()
         }
     }
-}
 
-/// What kernels are told of a field of labels: its place among all instances, and whether its voxels are those of the volume.
-pub(super) fn labels_at(place: usize, twin: &Instance) -> u32 {
-    let of_voxels = affine_rows(DAffine3::IDENTITY);
-    let rows = twin.voxel_from_world.iter().flatten().zip(of_voxels.iter().flatten());
-    // Far less than what a label is drawn by, which has steps of 1/256 voxel.
-    let is_same = rows.map(|(own, same)| (own - same).abs()).all(|apart| apart < 1e-6);
-    place as u32 | if is_same { constants::LABELS_LIE_ON_VOXELS } else { 0 }
+    /// What kernels are told of the labels of instance `of`: their place among all instances, where fields begin at `first`, and
+    /// whether their voxels are those of the volume. `twins` are the fields as kernels read them.
+    pub fn labels_of(of: usize, fields: &[Self], twins: &[Instance], first: usize) -> u32 {
+        let Some(at) = Self::find(fields, of, FieldKind::Labels) else { return NO_VOLUME };
+        let of_voxels = affine_rows(DAffine3::IDENTITY);
+        let rows = twins[at].voxel_from_world.iter().flatten().zip(of_voxels.iter().flatten());
+        // Far less than what a label is drawn by, which has steps of 1/256 voxel.
+        let is_same = rows.map(|(own, same)| (own - same).abs()).all(|apart| apart < 1e-6);
+        (first + at) as u32 | if is_same { constants::LABELS_LIE_ON_VOXELS } else { 0 }
+    }
 }

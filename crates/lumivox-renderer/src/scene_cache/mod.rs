@@ -36,7 +36,7 @@ use self::changing_light::MeanLight;
 pub(crate) use self::changing_light::{LightPast, change_of_color, kept_after};
 use self::classes::Looks;
 use self::environment::{CachedEnvironment, NewMap};
-use self::fields::{Field, FieldKind};
+use self::fields::Field;
 pub(crate) use self::hierarchy::MANY as MANY_VOLUMES;
 use self::hierarchy::{Bounds, Node};
 pub(crate) use self::lights::effective as effective_lights;
@@ -301,26 +301,13 @@ impl SceneCache {
         };
         let shapes = placed.iter().map(shape).collect();
         self.numbers.update(shapes);
-        let read: Vec<_> = fields
-            .iter()
-            .enumerate()
-            .map(|(i, field)| {
-                let of = &placed[field.of];
-                let factor = self.acquired(&of.source()).bricks.factor;
-                let patient_from_voxel = voxel_from_patient(&of.instance.volume, factor).inverse();
-                field.twin(self.acquired(&field.source), patient_from_voxel, self.tables.field_grid(i))
-            })
-            .collect();
-        let traced: Vec<_> = placed
-            .iter()
-            .enumerate()
-            .map(|(i, p)| {
-                let labels = Field::find(fields, i, FieldKind::Labels);
-                let labels = labels.map_or(u32::MAX, |at| fields::labels_at(placed.len() + at, &read[at]));
-                self.instance(i, p, labels, origin)
-            })
-            .collect();
-        let instances = traced.into_iter().chain(read).collect();
+        let read =
+            Field::twins(fields, placed, |source| self.acquired(source), |i| self.tables.field_grid(i));
+        let traced = placed.iter().enumerate().map(|(i, p)| {
+            let labels = Field::labels_of(i, fields, &read, placed.len());
+            self.instance(i, p, labels, origin)
+        });
+        let instances = traced.chain(read.iter().copied()).collect();
         self.traced = placed.len();
         let bounds: Vec<Bounds> = placed.iter().map(|p| Bounds::of(p.instance, origin)).collect();
         self.around = Bounds::around(bounds.iter().copied());

@@ -36,11 +36,11 @@ fn rng_bits(rng: ptr<function, Rng>) -> u32 {
     return h ^ (h >> 16u);
 }
 
-// Uniform in [0, 1), a multiple of 2^-24.
 fn rng_next(rng: ptr<function, Rng>) -> f32 {
     return uniform_of(rng_bits(rng));
 }
 
+// Uniform in [0, 1), a multiple of 2^-24.
 fn uniform_of(bits: u32) -> f32 {
     return f32(bits >> 8u) * 0x1p-24f;
 }
