@@ -23,27 +23,19 @@ fn tissue(seed: u64) -> VolumeInstance {
 
 /// Blobs of ten labels on a turned grid of larger voxels, which the scan reaches beyond.
 fn blobs(volume: &Volume) -> Arc<LabelVolume> {
-    let place = DAffine3::from_translation(volume.center_mm())
-        * rotate_scale(0.6, DVec3::splat(1.7))
-        * DAffine3::from_translation(DVec3::new(-5.0, -3.5, -4.0));
-    blobs_on([11, 9, 10], place)
-}
-
-/// The same on the scan's own voxels, which kernels know.
-fn blobs_on_voxels(volume: &Volume) -> Arc<LabelVolume> {
-    blobs_on(volume.dims(), volume.patient_from_voxel())
-}
-
-fn blobs_on([nx, ny, nz]: [usize; 3], patient_from_voxel: DAffine3) -> Arc<LabelVolume> {
+    let dims = [11, 9, 10];
     let value = |i: usize| {
-        let p = [i % nx, i / nx % ny, i / (nx * ny)].map(|x| x as f64 * 0.9);
+        let p = [i % 11, i / 11 % 9, i / 99].map(|x| x as f64 * 0.9);
         let sum = p[0].sin() + (p[1] * 1.3 + 1.0).cos() + (p[2] * 0.8).sin() * 1.4;
         ((sum + 3.4) / 6.8 * 10.0) as u8
     };
+    let place = DAffine3::from_translation(volume.center_mm())
+        * rotate_scale(0.6, DVec3::splat(1.7))
+        * DAffine3::from_translation(DVec3::new(-5.0, -3.5, -4.0));
     let named =
         (1..10).map(|value| Label { value, name: format!("blob {value}"), color: [0.5; 3] }).collect();
-    let voxels = (0..nx * ny * nz).map(value).collect();
-    Arc::new(LabelVolume::new([nx, ny, nz], voxels, patient_from_voxel, named).expect("values of 0 to 9"))
+    let voxels = (0..dims.iter().product()).map(value).collect();
+    Arc::new(LabelVolume::new(dims, voxels, place, named).expect("values of 0 to 9"))
 }
 
 /// Labels that are hidden, painted, thin, dense, glossy, and of a function of their own.
@@ -103,7 +95,7 @@ pub fn clip_shapes() -> TestScene {
     let depths = Voxels::F32((0..1331).map(depth).collect());
     let depth = Volume::new([11; 3], depths, [1.0, 0.0], place, Modality::Other).expect("finite depths");
     instance.peel = Some(Peel { depth: Arc::new(depth), mm: 2.0 });
-    let mut labelling = Labelling::new(blobs_on_voxels(&instance.volume));
+    let mut labelling = Labelling::new(blobs(&instance.volume));
     labelling.set_style(5, LabelStyle { clipped: false, ..Default::default() });
     instance.labels = Some(labelling);
     let turned_box = ClipShape {

@@ -7,8 +7,8 @@ use std::time::Duration;
 
 use lumivox_core::glam::{DAffine3, DVec3};
 use lumivox_core::{
-    Ease, Environment, Filter, Label, LabelStyle, LabelVolume, Labelling, Medium, Modality,
-    PerspectiveCamera, Scene, SurfaceReflection, TransferFunction, Volume, VolumeInstance, Voxels,
+    Ease, Environment, Filter, Medium, Modality, PerspectiveCamera, Scene, SurfaceReflection,
+    TransferFunction, Volume, VolumeInstance, Voxels,
 };
 use lumivox_renderer::recording::Payload;
 use lumivox_renderer::{
@@ -419,52 +419,6 @@ fn many_volumes_are_the_sum_of_few() {
     let differing = (0..24 * 24).filter(|&p| (a.alpha(p) - b.alpha(p)).abs() > 0.08).count();
     assert!((mean(&a) - mean(&b)).abs() < 2e-3, "{} and {}", mean(&a), mean(&b));
     assert!(differing < 12, "{differing} pixels differ");
-}
-
-/// A label's own density counts where the medium has none.
-#[test]
-fn densities_of_labels_need_none_of_the_medium() {
-    let with = |of_medium: f64| {
-        let mut test = scenes::labels();
-        let instance = &mut test.scene.volumes[0];
-        let before = std::mem::replace(&mut instance.medium.density_scale, of_medium);
-        let labelling = instance.labels.as_mut().expect("labels");
-        for value in 0..=9 {
-            let own = if value == 5 { 0.5 * before } else { before };
-            labelling.set_style(value, LabelStyle { density_scale: Some(own), ..labelling.style(value) });
-        }
-        (film(&test, &RenderRequest::new(24, 24, 4)), before)
-    };
-    let (film, of_medium) = with(0.0);
-    let (expected, _) = with(of_medium);
-    assert!((0..24 * 24).any(|pixel| expected.alpha(pixel) > 0.5), "there is something to see");
-    assert_eq!(film, expected);
-}
-
-/// A label has all of the scan where it has all voxels, the outer halves of the outermost included; of another grid than
-/// the scan's, too.
-#[test]
-fn what_is_hidden_is_hidden_up_to_the_faces_of_the_scan() {
-    let mut test = scenes::homogeneous_cube();
-    let volume = test.scene.volumes[0].volume.clone();
-    let [nx, ny, nz] = volume.dims();
-    for factor in [1, 2, 3] {
-        let dims = [nx / factor, ny / factor, nz / factor];
-        let scale = factor as f64;
-        let of_first = DVec3::splat((scale - 1.0) / 2.0);
-        let place = volume.patient_from_voxel()
-            * DAffine3::from_translation(of_first)
-            * DAffine3::from_scale(DVec3::splat(scale));
-        let body = Label { value: 1, name: "body".to_owned(), color: [0.5; 3] };
-        let voxels = vec![1; dims.iter().product()];
-        let labels = LabelVolume::new(dims, voxels, place, vec![body]).unwrap();
-        let mut labelling = Labelling::new(Arc::new(labels));
-        labelling.set_style(1, LabelStyle::hidden());
-        test.scene.volumes[0].labels = Some(labelling);
-        let film = film(&test, &RenderRequest::new(24, 24, 16));
-        let seen: f64 = (0..24 * 24).map(|pixel| film.alpha(pixel)).sum();
-        assert!(seen < 0.01, "{seen} pixels of a hidden body are seen, its voxels {factor} wide");
-    }
 }
 
 /// The same voxels within one brick, and in the middle of a volume whose bricks meet there: the walk and all that it reads

@@ -7,6 +7,7 @@ mod first_pictures;
 mod golden;
 mod hosts;
 mod images;
+mod labels;
 mod lights;
 mod live;
 mod majorants;
