@@ -1,7 +1,7 @@
-//! Every word of the interface, in every language, in one table. What the importer and the scene say of a scan are sentences of
-//! theirs, in English.
+//! Every word of the interface, in every language, in one table; what goes wrong with an archive is in `archive/told.rs`. What the
+//! importer and the scene say of a scan are sentences of theirs, in English.
 
-use lumivox_core::Preset;
+use lumivox_core::{Preset, WorkStage};
 use serde::{Deserialize, Serialize};
 
 /// A language of the interface.
@@ -94,6 +94,13 @@ words! {
     Preparing: "Preparing the first picture" / "Erstes Bild entsteht";
     Showing: "Preparing the look" / "Darstellung entsteht";
     Rendering: "Rendering the picture" / "Bild wird berechnet";
+    StageScanning: "reading headers" / "lese Kopfdaten";
+    StageDecoding: "decoding slices" / "dekodiere Schichten";
+    StageGenerating: "growing the phantom" / "Phantom entsteht";
+    StageSegmenting: "finding the patient" / "suche den Patienten";
+    StageCutting: "cutting" / "schneide";
+    StageWriting: "writing slices" / "schreibe Schichten";
+    StageReceiving: "receiving images" / "empfange Bilder";
     Series: "Series" / "Serien";
     SkippedFiles: "Files left out" / "Ausgelassene Dateien";
     ShowAll: "Show all" / "Alle zeigen";
@@ -320,6 +327,20 @@ pub fn look(preset: Preset) -> Option<Word> {
         Preset::PetHot => Word::LookPet,
         Preset::Fusion => Word::LookFusion,
         Preset::Plain => Word::LookPlain,
+        _ => return None,
+    })
+}
+
+/// What work is busy with.
+pub fn stage(stage: WorkStage) -> Option<Word> {
+    Some(match stage {
+        WorkStage::Scanning => Word::StageScanning,
+        WorkStage::Decoding => Word::StageDecoding,
+        WorkStage::Generating => Word::StageGenerating,
+        WorkStage::Segmenting => Word::StageSegmenting,
+        WorkStage::Cutting => Word::StageCutting,
+        WorkStage::Writing => Word::StageWriting,
+        WorkStage::Receiving => Word::StageReceiving,
         _ => return None,
     })
 }

@@ -198,7 +198,7 @@ pub fn cut_by_lassos(
                     }
                 }
             }
-            progress.report(WorkStage::Segmenting, done.fetch_add(1, Ordering::Relaxed) as u64 + 1, total);
+            progress.report(WorkStage::Cutting, done.fetch_add(1, Ordering::Relaxed) as u64 + 1, total);
             Ok::<_, Cancelled>(())
         })?;
     }

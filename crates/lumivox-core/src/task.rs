@@ -51,6 +51,8 @@ pub enum WorkStage {
     Generating,
     /// Telling apart what a scan shows.
     Segmenting,
+    /// Cutting away what lassos enclose.
+    Cutting,
     /// Writing files.
     Writing,
     /// Fetching images from another machine.
@@ -58,6 +60,17 @@ pub enum WorkStage {
 }
 
 impl WorkStage {
+    /// All of them.
+    pub const ALL: [Self; 7] = [
+        Self::Scanning,
+        Self::Decoding,
+        Self::Generating,
+        Self::Segmenting,
+        Self::Cutting,
+        Self::Writing,
+        Self::Receiving,
+    ];
+
     /// What a progress bar says.
     pub fn label(self) -> &'static str {
         match self {
@@ -65,6 +78,7 @@ impl WorkStage {
             WorkStage::Decoding => "decoding slices",
             WorkStage::Generating => "growing the phantom",
             WorkStage::Segmenting => "finding the patient",
+            WorkStage::Cutting => "cutting",
             WorkStage::Writing => "writing slices",
             WorkStage::Receiving => "receiving images",
         }

@@ -14,7 +14,7 @@ use crate::words::Word;
 impl App {
     /// What jobs have told.
     pub(super) fn poll(&mut self, context: &egui::Context) {
-        match self.archive.poll(self.state.say(Word::Stopped)) {
+        match self.archive.poll(self.state.settings.language) {
             // Meanwhile there may be work, which is asked about.
             Some(Ok(folder)) => self.replace(Source::Files(vec![folder])),
             Some(Err(why)) => self.state.failed = Some((Word::CannotOpen, why)),

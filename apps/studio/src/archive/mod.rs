@@ -1,6 +1,7 @@
 //! A hospital's archive, asked by DICOMweb: which studies there are, and the images of one.
 
 mod panel;
+mod told;
 
 use std::fs;
 use std::io::ErrorKind;
@@ -13,7 +14,7 @@ use lumivox_dicomweb::{Error, Filter, Login, SeriesEntry, Server, Studies, Study
 use crate::jobs::{Busy, Desk, Job, Wake, start};
 use crate::settings::Settings;
 use crate::state::{Dialog, State};
-use crate::words::Word;
+use crate::words::{Language, Word};
 
 /// Whether archives are asked here.
 pub const IS_THERE: bool = true;
@@ -27,10 +28,6 @@ pub struct Request {
     into: PathBuf,
 }
 
-fn words(error: Error) -> String {
-    error.to_string()
-}
-
 /// The dialog, and what it asked for. A password is kept as long as the program runs, and nowhere.
 pub struct Archive {
     /// Where images that come are kept; nowhere, where the system has no place for them.
@@ -39,9 +36,9 @@ pub struct Archive {
     name: String,
     password: String,
     filter: Filter,
-    searching: Option<Job<Result<(Server, Studies), String>>>,
-    listing: Option<Job<Result<Vec<SeriesEntry>, String>>>,
-    fetching: Option<Job<Result<PathBuf, String>>>,
+    searching: Option<Job<Result<(Server, Studies), Error>>>,
+    listing: Option<Job<Result<Vec<SeriesEntry>, Error>>>,
+    fetching: Option<Job<Result<PathBuf, Error>>>,
     forgetting: Option<Job<Result<(), String>>>,
     /// What the archive found, and whom that was.
     found: Option<(Server, Studies)>,
@@ -107,13 +104,13 @@ impl Archive {
         self.fetching = Some(start("fetch a series", wake.clone(), move |desk: &Desk<_>| {
             let fetch =
                 |progress: Progress<'_>| server.fetch(&study, &series, &into, progress, desk.cancel());
-            desk.tell(desk.watch(fetch).map_err(words));
+            desk.tell(desk.watch(fetch));
         }));
     }
 
-    /// Where a series lies that has come, or why it does not; the words for work that `stopped` by a fault of ours.
-    pub fn poll(&mut self, stopped: &str) -> Option<Result<PathBuf, String>> {
-        told(&mut self.fetching).map(|told| told.unwrap_or_else(|| Err(stopped.to_owned())))
+    /// Where a series lies that has come, or why it does not, in a language.
+    pub fn poll(&mut self, language: Language) -> Option<Result<PathBuf, String>> {
+        told(&mut self.fetching).map(|told| or_why(told, language))
     }
 
     /// How far one is that comes.
@@ -137,9 +134,9 @@ impl Archive {
 
     /// What the archive has said.
     fn hear(&mut self, state: &State, wake: &Wake) {
-        let stopped = || state.say(Word::Stopped).to_owned();
+        let language = state.settings.language;
         if let Some(told) = told(&mut self.searching) {
-            match told.unwrap_or_else(|| Err(stopped())) {
+            match or_why(told, language) {
                 Ok(found) => {
                     let only = match &found.1.found[..] {
                         [study] => Some(study.clone()),
@@ -154,7 +151,7 @@ impl Archive {
             }
         }
         if let Some(told) = told(&mut self.listing) {
-            match told.unwrap_or_else(|| Err(stopped())) {
+            match or_why(told, language) {
                 Ok(series) => {
                     // Most images mostly are what a person wants of a study.
                     self.chosen =
@@ -165,7 +162,8 @@ impl Archive {
             }
         }
         if let Some(told) = told(&mut self.forgetting) {
-            self.failed = told.unwrap_or_else(|| Err(stopped())).err().or(self.failed.take());
+            let told = told.unwrap_or_else(|| Err(Word::Stopped.of(language).to_owned()));
+            self.failed = told.err().or(self.failed.take());
         }
     }
 
@@ -184,7 +182,7 @@ impl Archive {
         let server = match Server::new(&self.address, self.login()) {
             Ok(server) => server,
             Err(error) => {
-                self.failed = Some(words(error));
+                self.failed = Some(told::words(&error, state.settings.language));
                 return;
             }
         };
@@ -195,7 +193,7 @@ impl Archive {
         }
         let filter = self.filter.clone();
         self.searching = Some(start("ask an archive", wake.clone(), move |desk: &Desk<_>| {
-            let studies = server.studies(&filter).map_err(words);
+            let studies = server.studies(&filter);
             desk.tell(studies.map(|studies| (server, studies)));
         }));
     }
@@ -207,7 +205,7 @@ impl Archive {
         let (server, uid) = (server.clone(), study.uid.clone());
         self.study = Some(study);
         self.listing = Some(start("ask for a study", wake.clone(), move |desk: &Desk<_>| {
-            desk.tell(server.series(&uid).map_err(words));
+            desk.tell(server.series(&uid));
         }));
     }
 
@@ -260,4 +258,12 @@ fn told<T>(job: &mut Option<Job<T>>) -> Option<Option<T>> {
     let told = running.poll().pop();
     let is_over = told.is_some() || running.is_over();
     is_over.then(|| *job = None).map(|()| told)
+}
+
+/// What was told, or why it was not: a job that broke has told nothing.
+fn or_why<T>(told: Option<Result<T, Error>>, language: Language) -> Result<T, String> {
+    match told {
+        Some(told) => told.map_err(|error| told::words(&error, language)),
+        None => Err(Word::Stopped.of(language).to_owned()),
+    }
 }

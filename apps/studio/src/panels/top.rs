@@ -8,7 +8,7 @@ use crate::settings::Mouse;
 use crate::slices::{Plane, Projection};
 use crate::state::{Action, Ask, Layout, State, Tool, ViewId};
 use crate::theme::palette;
-use crate::words::{Language, Word};
+use crate::words::{self, Language, Word};
 
 /// Opening, saving, undoing; how it is shown; help.
 pub fn toolbar(ui: &mut Ui, state: &mut State) {
@@ -145,7 +145,9 @@ pub fn status(ui: &mut Ui, state: &mut State, gpu: &str) {
     ui.horizontal_centered(|ui| {
         if let Some((word, busy)) = state.busy {
             ui.spinner();
-            let stage = busy.stage.map_or(String::new(), |stage| format!(": {}", stage.label()));
+            let stage = busy.stage.map_or(String::new(), |stage| {
+                format!(": {}", words::stage(stage).map_or(stage.label(), |word| state.say(word)))
+            });
             ui.label(RichText::new(format!("{}{stage}", state.say(word))).small().color(p.text));
             if let Some(part) = busy.part() {
                 let bar = egui::ProgressBar::new(part)

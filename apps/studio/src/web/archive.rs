@@ -7,6 +7,7 @@ use eframe::egui;
 use crate::jobs::{Busy, Wake};
 use crate::settings::Settings;
 use crate::state::State;
+use crate::words::Language;
 
 /// Whether archives are asked here.
 pub const IS_THERE: bool = false;
@@ -30,7 +31,7 @@ impl Archive {
     }
 
     /// Nothing.
-    pub fn poll(&mut self, _: &str) -> Option<Result<PathBuf, String>> {
+    pub fn poll(&mut self, _: Language) -> Option<Result<PathBuf, String>> {
         None
     }
 

@@ -11,6 +11,7 @@ use lumivox_core::{Preset, Progress};
 use lumivox_phantom::{AnatomyOptions, SeriesDescription, anatomy, write_dicom_series};
 use lumivox_studio::settings::{Drawer, Settings};
 use lumivox_studio::state::{Action, Dialog};
+use lumivox_studio::words::Language;
 use lumivox_testing::orthanc::{NAME, Orthanc, PASSWORD};
 
 use super::{
@@ -168,7 +169,14 @@ fn a_study_is_found_in_an_archive_and_opened() {
     click(&mut studio, "Search");
     click(&mut studio, "Stop asking");
     assert!(!says(&studio, "Stop asking") && !says(&studio, "cannot be reached"));
-    click(&mut studio, "Close");
+    // Whoever reads German is told so.
+    let settings = studio.state().state.settings.clone();
+    studio.state_mut().state.act(Action::Settings(Settings { language: Language::German, ..settings }));
+    studio.run_steps(2);
+    fill(&mut studio, "Adresse (DICOMweb)", "ftp://archive");
+    click(&mut studio, "Suchen");
+    until(&mut studio, "weder mit http:// noch mit https://");
+    click(&mut studio, "Schließen");
     assert!(studio.state().state.dialog.is_none());
 }
 

@@ -69,4 +69,8 @@ fn every_word_is_there_in_every_language() {
     for preset in lumivox_core::Preset::ALL {
         assert!(lumivox_studio::words::look(preset).is_some(), "{}", preset.name());
     }
+    for stage in lumivox_core::WorkStage::ALL {
+        let word = lumivox_studio::words::stage(stage).expect("a word for each stage");
+        assert_eq!(word.of(Language::English), stage.label());
+    }
 }
