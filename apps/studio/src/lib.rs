@@ -32,7 +32,7 @@ pub mod slices;
 pub mod state;
 pub mod theme;
 #[cfg(not(target_family = "wasm"))]
-mod turntable;
+pub mod turntable;
 #[cfg(target_family = "wasm")]
 pub mod web;
 pub mod words;

@@ -75,6 +75,8 @@ fn jobs(suite: &Suite, scope: Scope, programs: &Programs) -> Vec<Job> {
 
 #[cfg(test)]
 mod tests {
+    use std::collections::BTreeMap;
+
     use super::*;
 
     #[test]
@@ -95,6 +97,36 @@ mod tests {
             "   Compiling lumivox-core",
         ] {
             assert_eq!(suite(other), None, "{other}");
+        }
+    }
+
+    /// Tests in a library that is built without tests would be compiled by nobody, and run by nobody.
+    #[test]
+    fn no_test_lies_where_none_is_built() {
+        let output =
+            cargo_command(&["metadata", "--no-deps", "--format-version", "1"]).output().expect("cargo");
+        let metadata: serde_json::Value = serde_json::from_slice(&output.stdout).expect("JSON");
+        let mut folders: BTreeMap<PathBuf, bool> = BTreeMap::new();
+        for target in
+            metadata["packages"].as_array().unwrap().iter().flat_map(|it| it["targets"].as_array().unwrap())
+        {
+            let folder = Path::new(target["src_path"].as_str().unwrap()).parent().unwrap().to_owned();
+            *folders.entry(folder).or_default() |= target["test"] == true;
+        }
+        let without: Vec<&PathBuf> =
+            folders.iter().filter(|(_, tested)| !**tested).map(|(folder, _)| folder).collect();
+        assert!(without.iter().any(|folder| folder.ends_with("apps/studio/src")), "{without:?}");
+        let mut open: Vec<PathBuf> =
+            without.into_iter().filter(|folder| folder.ends_with("src")).cloned().collect();
+        while let Some(folder) = open.pop() {
+            for entry in std::fs::read_dir(&folder).unwrap().map(|entry| entry.unwrap().path()) {
+                if entry.is_dir() {
+                    open.push(entry);
+                } else if entry.extension().is_some_and(|extension| extension == "rs") {
+                    let text = std::fs::read_to_string(&entry).unwrap();
+                    assert!(!text.contains("#[test]"), "{} has tests that nobody builds", entry.display());
+                }
+            }
         }
     }
 }

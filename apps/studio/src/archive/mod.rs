@@ -1,7 +1,7 @@
 //! A hospital's archive, asked by DICOMweb: which studies there are, and the images of one.
 
 mod panel;
-mod told;
+pub mod told;
 
 use std::fs;
 use std::io::ErrorKind;

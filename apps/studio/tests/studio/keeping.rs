@@ -7,6 +7,7 @@ use lumivox_core::Preset;
 use lumivox_studio::settings::{Drawer, Mouse};
 use lumivox_studio::slices::Plane;
 use lumivox_studio::state::{Action, Dialog, ExportDraft, ViewId};
+use lumivox_studio::turntable::film;
 
 use super::*;
 
@@ -252,6 +253,16 @@ fn the_view_goes_to_the_clipboard() {
     assert!(copied.pixels[0] == corner && copied.pixels.iter().any(|pixel| *pixel != Color32::BLACK));
     studio.step();
     assert!(says(&studio, "Copied to the clipboard"));
+}
+
+#[test]
+fn a_film_is_of_its_own_pictures_alone() {
+    let command = film(Path::new("/scans/100%.png"), 36);
+    let told: Vec<_> = command.get_args().map(|arg| arg.to_string_lossy()).collect();
+    let after = |name: &str| &told[told.iter().position(|arg| arg == name).unwrap() + 1];
+    assert_eq!((after("-start_number").as_ref(), after("-frames:v").as_ref()), ("0", "36"));
+    assert_eq!(Path::new(after("-i").as_ref()), Path::new("/scans/100%%-%03d.png"));
+    assert_eq!(Path::new(told[told.len() - 1].as_ref()), Path::new("/scans/100%.mp4"));
 }
 
 #[test]
