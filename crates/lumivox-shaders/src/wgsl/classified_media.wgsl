@@ -90,16 +90,20 @@ fn style_at(v: u32, p: vec3f, drawn: u32) -> u32 {
         here = voxel_from_world(field, p);
     }
     let dims = instances[field].dims;
-    if (any(here < vec3f(0.0)) || any(here >= dims)) {
-        return styles;
-    }
-    // In 256ths, without a conversion, of which cards do few at a time: the last bits of floats between 2^14 and 2^15.
-    let by = bitcast<vec3f>(2u * moved + 0x46800003u) - 16385.5;
-    let at = vec3u(clamp(here + by, vec3f(0.0), dims - 0.5));
+    let is_beyond = any(here < vec3f(0.0)) || any(here >= dims);
+    // In whole 512ths of a voxel, the last bits of floats from 2^14 to 2^15: cards convert few numbers at a time. Each of the
+    // three bytes stands for the middle of its step, and is half a voxel too much.
+    let from_corner = bitcast<vec3u>(here + (PLACE_ZERO - 1.5 + 3.0 / 512.0)) + 2u * moved;
+    let inside = clamp(from_corner, vec3u(bitcast<u32>(PLACE_ZERO)), bitcast<vec3u>(dims + PLACE_ZERO) - 1u);
+    let at = (inside >> vec3u(9u)) & vec3u(0x1fffu);
     let texel = load_voxel(cell_at(field, at), vec3i(at));
-    let label = u32(texel * instances[field].table_scale + instances[field].table_bias + 0.5);
-    return styles + min(label, 255u) * STYLE_PAIRS;
+    // Likewise, in whole ones.
+    let label = bitcast<u32>(texel * instances[field].table_scale + (instances[field].table_bias + 0x1p23f)) & 255u;
+    return styles + select(label, 0u, is_beyond) * STYLE_PAIRS;
 }
+
+// The middle of those: so many voxels, MAX_BRICKS of bricks and more, fit in before and behind. They are the 13 bits above the 512ths.
+const PLACE_ZERO: f32 = 24576.0;
 
 fn three_bytes(bits: u32) -> vec3u {
     return (vec3u(bits) >> vec3u(8u, 16u, 24u)) & vec3u(255u);
