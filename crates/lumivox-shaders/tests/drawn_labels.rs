@@ -4,7 +4,7 @@
 //! The same number has decided whether light may collide at the point, by being small, or how far it came: so its products have to be
 //! spread alike wherever it lies.
 
-use lumivox_shaders::constants::{FIRST_DRAW, SECOND_DRAW, THIRD_DRAW};
+use lumivox_shaders::constants::{BRICK_SIZE, FIRST_DRAW, MAX_BRICKS, SECOND_DRAW, THIRD_DRAW};
 
 /// Sums of three bytes.
 const SUMS: usize = 3 * 255 + 1;
@@ -121,5 +121,33 @@ fn axes_are_independent_of_each_other() {
         let apart = axes_apart(random_numbers(), axes);
         println!("axes {axes:?}: {apart:.1e}");
         assert!(apart < 3e-5, "axes {axes:?}: {apart}");
+    }
+}
+
+/// As `style_at` finds a voxel along an axis, in the last bits of floats.
+fn voxel(here: f32, moved: u32, dims: f32) -> u32 {
+    const PLACE_ZERO: f32 = 24576.0;
+    let from_corner = (here + (PLACE_ZERO - 1.5 + 3.0 / 512.0)).to_bits() + 2 * moved;
+    let inside = from_corner.clamp(PLACE_ZERO.to_bits(), (dims + PLACE_ZERO).to_bits() - 1);
+    inside >> 9 & 0x1fff
+}
+
+/// Up to the largest grid that there is.
+#[test]
+fn the_voxel_of_a_label_is_the_nearest_to_a_moved_point() {
+    let most = (MAX_BRICKS * BRICK_SIZE) as f32;
+    for dims in [1.0f32, 2.0, 31.0, 511.0, most] {
+        for i in 0..20_000u32 {
+            let here = dims * (i as f32 / 20_000.0);
+            let moved = i.wrapping_mul(0x9e37_79b9) % SUMS as u32;
+            // In the middle of each byte's step, of 256 to a voxel.
+            let wanted = f64::from(here) + (f64::from(moved) + 1.5) / 256.0 - 1.5;
+            let found = f64::from(voxel(here, moved, dims)) + 0.5;
+            let inside = wanted.clamp(0.5, f64::from(dims) - 0.5);
+            assert!(
+                (found - inside).abs() <= 0.5 + 1.0 / 512.0,
+                "{here} of {dims}, {moved}: {found}, {wanted}"
+            );
+        }
     }
 }
