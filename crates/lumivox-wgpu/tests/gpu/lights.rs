@@ -76,7 +76,7 @@ fn a_half_space_returns_of_beams_what_chandrasekhar_says() {
 #[test]
 fn lamps_light_a_thin_plate_by_their_distance() {
     // Right above the point seen; at half the thickness the distance is the height.
-    let (thickness, height) = (0.02f64, 0.05);
+    let (thickness, height) = (0.1f64, 0.05);
     let lamp = Lamp::new(DVec3::Z * height, [1.0; 3]);
     let falloff = Falloff::Power { range: 0.08, decay: 0.5 };
     let spot = |tilt: f64, cone| LightKind::Spot {
@@ -119,8 +119,9 @@ fn lamps_light_a_thin_plate_by_their_distance() {
             let film = film(&test, &RenderRequest::new(16, 16, 64));
             assert!(film.alpha(0) >= 0.0 && mean(&film, 256).0 == 0.0, "{what}");
         } else {
-            // The plate is 1 mm thick: the distance varies by a percent, its mean square by 1e-4.
-            assert_mean(&test, 1024, expected * (1.0 + 1e-4), what);
+            // The plate is 1 mm thick: the distance varies by a percent, its mean square by 1e-4, and its mean by 4e-4: more
+            // light comes from the nearer half. What can be told apart is a percent.
+            assert_mean(&test, 256, expected * (1.0 + 1e-4), what);
         }
     }
 }

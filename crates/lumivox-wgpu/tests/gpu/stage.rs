@@ -124,7 +124,7 @@ fn what_moves_is_nearer_to_its_converged_picture_where_light_is_kept() {
     }
     let last = around(&test, MOVING - 1);
     let still = LiveSettings::new(SIZE, SIZE).with(|it| {
-        it.target_samples = 512;
+        it.target_samples = 160;
         it.seed = 7;
         // Of which nothing is left in what has converged.
         it.kept_light = false;

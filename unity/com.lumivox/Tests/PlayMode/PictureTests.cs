@@ -26,7 +26,7 @@ namespace Lumivox.PlayMode.Tests
         [UnityTest]
         public IEnumerator Occlusion() => LooksAsExpected("occlusion");
 
-        [UnityTest]
+        [UnityTest, Category("Slow")]
         public IEnumerator Lights() => LooksAsExpected("lights");
     }
 }

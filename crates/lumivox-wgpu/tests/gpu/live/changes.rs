@@ -172,7 +172,7 @@ fn light_that_changes_a_little_keeps_the_image() {
 
         let fresh = TestScene { scene: now.clone(), ..test.clone() };
         let truth = {
-            let settings = settings.with(|it| it.target_samples = 1024);
+            let settings = settings.with(|it| it.target_samples = 320);
             let mut host = Host::new(&mut gpu, &fresh, settings);
             host.converge(&mut gpu, &camera, u64::MAX);
             shown(&mut host, &mut gpu, u64::MAX)
@@ -212,7 +212,7 @@ fn a_lamp_that_is_dimmed_under_a_finished_image_is_dimmed_soon() {
     let test = scenes::bulbs();
     let camera = test.camera.with_aspect(1.0);
     let mut gpu = gpu();
-    let settings = LiveSettings::new(SIZE, SIZE).with(|it| it.target_samples = 512);
+    let settings = LiveSettings::new(SIZE, SIZE).with(|it| it.target_samples = 256);
     let light = |host: &mut Host, gpu: &mut Gpu, budget: u64| {
         host.set_color(gpu, |_| [0.0, 0.0, 0.0, 1.0]);
         host.frame(gpu, &camera, budget);

@@ -54,7 +54,7 @@ fn error(picture: &[[f32; 4]], converged: &[[f32; 4]]) -> f64 {
 
 /// What a view at rest shows at last, of other random numbers.
 fn still(gpu: &mut Gpu, test: &TestScene, camera: &Camera, settings: LiveSettings) -> Vec<[f32; 4]> {
-    still_of(256, gpu, test, camera, settings)
+    still_of(96, gpu, test, camera, settings)
 }
 
 /// How bright that is: of a whole picture's mean, a few samples know all that there is to know.
@@ -169,7 +169,7 @@ fn at_rest_nothing_is_left_of_it() {
     let mut gpu = gpu();
     let test = scenes::surface_reflection();
     let camera = around(&test, 9);
-    for target in [300, 12] {
+    for target in [64, 12] {
         nothing_is_left(&mut gpu, &test, &camera, target);
     }
 }
