@@ -172,11 +172,9 @@ impl Sdf {
             Sdf::Bounded(child, ..) => child.distance(p, fields),
             Sdf::HalfSpace { normal, offset } => normal.dot(p) - offset,
             Sdf::Field(index) => fields[*index],
-            Sdf::Union(children, k) => children.iter().fold(f32::MAX, |d, c| match c {
-                // All of it is as far off as its ball: too far to be blended in.
-                Sdf::Bounded(_, center, radius) if p.distance(*center) - radius > d + k => d,
-                _ => smooth_min(d, c.distance(p, fields), *k),
-            }),
+            Sdf::Union(children, k) => {
+                children.iter().fold(f32::MAX, |d, c| smooth_min(d, c.distance(p, fields), *k))
+            }
             Sdf::Intersection(children, k) => {
                 children.iter().fold(f32::MIN, |d, c| -smooth_min(-d, -c.distance(p, fields), *k))
             }

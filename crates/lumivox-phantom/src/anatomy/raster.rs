@@ -116,10 +116,13 @@ impl Grid {
 const SLAB: usize = 8;
 
 /// Voxels along the sides of the blocks that the model is pruned to, coarse to fine.
-const BLOCK_SIDES: [usize; 5] = [32, 16, 8, 4, 2];
+const BLOCK_SIDES: [usize; 6] = [32, 16, 8, 4, 2, 1];
 
 /// Smaller blocks than this, in mm, are not worth the pruning.
 const FINEST_BLOCK_MM: f32 = 3.0;
+
+/// Neither are single voxels smaller than this.
+const FINEST_VOXEL_MM: f32 = 6.0;
 
 /// Number of shared fields at most.
 const MAX_FIELDS: usize = 8;
@@ -213,7 +216,8 @@ fn slabs<T: Copy + Send + Sync, U: Copy + Default + Send>(
     let mut kept = vec![U::default(); plane * grid.size];
     let done = AtomicU64::new(0);
     let whole = Block::of(model);
-    let worth = |side: &&usize| **side as f32 * grid.spacing >= FINEST_BLOCK_MM;
+    let finest = |side: usize| if side == 1 { FINEST_VOXEL_MM } else { FINEST_BLOCK_MM };
+    let worth = |side: &&usize| **side as f32 * grid.spacing >= finest(**side);
     let sides = &BLOCK_SIDES[..BLOCK_SIDES.iter().take_while(worth).count()];
     kept.par_chunks_mut(plane * SLAB).enumerate().try_for_each(|(slab, kept)| {
         let mut values = vec![empty; kept.len()];
