@@ -84,6 +84,7 @@ func _look(interface: OpenXRInterface, pictures_wanted: int) -> Array:
 	environment.glow_enabled = false
 	world.environment = environment
 	var effect := _effect()
+	var resolution := effect.resolution_scale
 	effect.target_samples = SAMPLES
 	effect.resolution_scale = 1.0
 	effect.frame_budget_ms = 10_000.0
@@ -131,7 +132,7 @@ func _look(interface: OpenXRInterface, pictures_wanted: int) -> Array:
 	pictures.free_all()
 	_head.global_transform = place
 	effect.frame_budget_ms = 5.0
-	effect.resolution_scale = 0.5
+	effect.resolution_scale = resolution
 	effect.target_samples = 4
 	return seen
 

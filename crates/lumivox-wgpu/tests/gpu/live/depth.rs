@@ -139,9 +139,10 @@ fn a_moving_mesh_tears_no_holes() {
     host.converge(&mut gpu, &camera, u64::MAX);
     let done = host.film(&mut gpu);
     let distance = camera.world_from_camera.translation.length();
-    for (budget, frames) in [(600, 40), (2400, 40), (20_000, 16)] {
+    // With much time the mesh passes before the volume alone.
+    for (budget, frames) in [(600, 0..40), (2400, 0..40), (20_000, 12..28)] {
         let mut host = Host::new(&mut gpu, &test, settings);
-        for frame in 0..frames {
+        for frame in frames {
             // In the middle of the volume: it hides next to nothing, and makes pixels start over all the same.
             let mesh =
                 |at: [u32; 2]| if (2 * frame..2 * frame + 16).contains(&at[0]) { distance } else { 0.0 };

@@ -169,7 +169,7 @@ fn at_rest_nothing_is_left_of_it() {
     let mut gpu = gpu();
     let test = scenes::surface_reflection();
     let camera = around(&test, 9);
-    for target in [64, 12] {
+    for target in [300, 12] {
         nothing_is_left(&mut gpu, &test, &camera, target);
     }
 }
