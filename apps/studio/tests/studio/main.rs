@@ -289,9 +289,18 @@ fn says(studio: &Studio, words: &str) -> bool {
 }
 
 fn click(studio: &mut Studio, label: &str) {
-    let found: Vec<_> = studio.query_all_by_label(label).collect();
-    let Some(node) = found.last() else { panic!("there is no '{label}' among {:?}", texts(studio)) };
-    node.click();
+    // A dialog moves in the frame after its contents grew; nobody's hand is faster than that.
+    let mut before = None;
+    loop {
+        let found: Vec<_> = studio.query_all_by_label(label).collect();
+        let Some(node) = found.last() else { panic!("there is no '{label}' among {:?}", texts(studio)) };
+        let now = node.rect();
+        if before.replace(now) == Some(now) {
+            node.click();
+            break;
+        }
+        studio.step();
+    }
     // Down, up, what is asked for, what comes of it.
     studio.run_steps(4);
 }
