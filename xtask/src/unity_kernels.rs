@@ -11,7 +11,7 @@ use std::fmt::Write as _;
 use std::fs;
 use std::path::Path;
 
-use lumivox_renderer::{DeviceLimits, Features, LoopTurns, ViewKind};
+use lumivox_renderer::{DeviceLimits, Features, FineTexels, LoopTurns, ViewKind};
 use lumivox_shaders::{Kernel, KernelKind};
 
 use crate::unity_kernels_hlsl::{Place, Translated, translate};
@@ -31,7 +31,7 @@ const LIMITS: DeviceLimits = {
     let mut limits = DeviceLimits::webgpu_default();
     limits.max_texture_3d = 2048;
     limits.max_texture_bytes = DeviceLimits::TEXTURE_BYTES_OF_GPU;
-    limits.unorm16 = true;
+    limits.fine_texels = FineTexels::Norms;
     limits.max_texture_2d = 16384;
     limits.max_storage_binding = 128 << 20;
     limits.max_samples_per_dispatch = DeviceLimits::SAMPLES_OF_GPU;

@@ -468,11 +468,12 @@ impl State {
         };
         let [right, down, _] = self.axes(Plane::Oblique).map(|axis| axis.to_array());
         document::Slices {
-            cross: self.cross.clamp(DVec3::splat(-1e9), DVec3::splat(1e9)).to_array(),
-            window: [self.window[0].clamp(-1e9, 1e9), self.window[1].clamp(1e-9, 1e9)],
-            slab: shows.map(|shows| document::Slab { shows, thickness: thickness.clamp(1e-3, 1e4) }),
+            cross: self.cross.to_array(),
+            window: self.window,
+            slab: shows.map(|shows| document::Slab { shows, thickness }),
             oblique: self.shows_oblique.then_some([right, down]),
         }
+        .clamped()
     }
 
     /// Slices are seen as a document says.

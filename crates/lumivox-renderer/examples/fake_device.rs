@@ -7,7 +7,7 @@ use std::sync::Arc;
 use lumivox_core::glam::DAffine3;
 use lumivox_core::{Ease, Medium, Modality, Scene, TransferFunction, Volume, Voxels, framing};
 use lumivox_renderer::{
-    DeviceLimits, Recording, ResourceId, SceneCache, Step, View, ViewSettings, VoxelStore,
+    DeviceLimits, FineTexels, Recording, ResourceId, SceneCache, Step, View, ViewSettings, VoxelStore,
 };
 
 /// What a GPU would hold.
@@ -74,7 +74,7 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
     let scene = Scene::with_volume(Arc::new(volume), Medium::new(look));
     let camera = framing::frame(&scene, 0.5, 0.4, 0.5, 1.0).camera();
     // What any device of WebGPU has; this one has 16-bit norms, too.
-    let limits = DeviceLimits::webgpu_default().with(|it| it.unorm16 = true);
+    let limits = DeviceLimits::webgpu_default().with(|it| it.fine_texels = FineTexels::Norms);
 
     let mut device = FakeDevice::default();
     let mut recording = Recording::new();

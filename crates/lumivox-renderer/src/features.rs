@@ -4,7 +4,7 @@
 use lumivox_core::{Filter, Scene};
 use lumivox_shaders::{Classes, Kernel, PathTraceVariant};
 
-use crate::limits::DeviceLimits;
+use crate::limits::{DeviceLimits, FineTexels};
 use crate::scene_cache::{MANY_VOLUMES, Placed, effective_lights, place};
 
 /// What a scene holds that kernels are specialised for.
@@ -157,6 +157,7 @@ impl Features {
             many_volumes: self.has_hierarchy(limits),
             classes: if classified && limits.few_kernels { Classes::ALL } else { self.classes },
             one_pool: limits.one_pool,
+            split_texels: limits.fine_texels == FineTexels::TwoBytes,
             limited_turns: limits.loop_turns.is_some(),
             shared: false,
             several: false,

@@ -33,7 +33,7 @@ pub use display::{Background, DisplaySettings, ToneMap};
 pub use error::RenderError;
 pub use features::{Features, ViewKind};
 pub use film::Film;
-pub use limits::{DeviceLimits, LoopTurns};
+pub use limits::{DeviceLimits, FineTexels, LoopTurns};
 pub use live::{DistanceFog, Fog, HeightFog, HostDepth, HostFrame, LiveSettings, LiveStatus, LiveView};
 pub use lumivox_shaders::layout::FilmCount;
 pub use noise_end::NoiseEnd;

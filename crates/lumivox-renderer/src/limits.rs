@@ -10,8 +10,8 @@ pub struct DeviceLimits {
     pub max_texture_3d: u32,
     /// Bytes of a texture at most.
     pub max_texture_bytes: u64,
-    /// Whether textures of 16-bit norms can be filtered; half floats are taken otherwise.
-    pub unorm16: bool,
+    /// How voxels of more than 8 bits are stored.
+    pub fine_texels: FineTexels,
     /// Whether all voxels have to be in one texture: where a choice between textures costs as much as a look at each.
     pub one_pool: bool,
     /// Largest side of a 2D texture.
@@ -25,6 +25,18 @@ pub struct DeviceLimits {
     /// Whether kernels take so long to make that few of them should do: scenes that need less are traced with those that
     /// can do more. Of media that depend on more than values no light is kept then.
     pub few_kernels: bool,
+}
+
+/// How textures hold voxels of more than 8 bits so that they can be filtered.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum FineTexels {
+    /// As 16-bit norms.
+    Norms,
+    /// Each as two 8-bit norms, which are filtered apart: where there are no others. No bit is lost by a device that filters them to
+    /// more bits than they have.
+    TwoBytes,
+    /// As half floats, which have 11 bits: where nothing else can be had, or is known of.
+    Halves,
 }
 
 /// Turns that all loops of an invocation may take together before its driver ends it, and says nothing.
@@ -70,7 +82,7 @@ impl DeviceLimits {
             max_texture_3d: 2048,
             // Not guaranteed, and not to be asked for: voxels that a device refuses come reduced.
             max_texture_bytes: Self::TEXTURE_BYTES_OF_GPU,
-            unorm16: false,
+            fine_texels: FineTexels::Halves,
             one_pool: false,
             max_texture_2d: 8192,
             max_storage_binding: 128 << 20,

@@ -24,7 +24,9 @@ pub enum TextureFormat {
     R8Unorm,
     /// One 16-bit channel in [0, 1].
     R16Unorm,
-    /// One half float, where 16-bit norms are missing.
+    /// Two 8-bit channels in [0, 1].
+    Rg8Unorm,
+    /// One half float.
     R16Float,
     /// Four floats; never filtered.
     Rgba32Float,
@@ -35,7 +37,7 @@ impl TextureFormat {
     pub fn bytes_per_texel(self) -> usize {
         match self {
             TextureFormat::R8Unorm => 1,
-            TextureFormat::R16Unorm | TextureFormat::R16Float => 2,
+            TextureFormat::R16Unorm | TextureFormat::Rg8Unorm | TextureFormat::R16Float => 2,
             TextureFormat::Rgba32Float => 16,
         }
     }

@@ -51,6 +51,8 @@ constants! {
     /// Pools that a kernel can read, where it can read more than one. Each costs every look at a voxel a little: eight 10%
     /// on an H200, four 4%.
     MAX_POOLS: u32 = 4;
+    /// The weight of the second byte of a texel that is one number of 16 bits in two bytes; the first has the rest.
+    LOW_BYTE: f32 = 1.0 / 257.0;
 
     /// Cells that a ray passes at once at most, for all around it are empty; less than the bits of any majorant.
     MAX_EMPTY_DISTANCE: u32 = 16;
@@ -74,6 +76,10 @@ constants! {
     SECOND_DRAW: u32 = 0xb22b_b7fb;
     #[expect(missing_docs, reason = "as above")]
     THIRD_DRAW: u32 = 0xfd90_e703;
+
+    /// Added to a place in voxels, whose last bits become whole 512ths of one: the middle of the floats of which that is so. So many
+    /// voxels, MAX_BRICKS of bricks and more, fit in before and behind; whole ones are the 13 bits above the 512ths.
+    PLACE_ZERO: f32 = 24576.0;
 
     /// [`Light::kind`](crate::layout::Light::kind).
     LIGHT_DIRECTIONAL: u32 = 0;

@@ -156,7 +156,8 @@ pub struct ValueRangeParams {
     pub first_cell: u32,
     pub cell_count: u32,
     pub row_length: u32,
-    pub padding: [u32; 2],
+    pub split_pools: u32,
+    pub padding: u32,
 }
 
 /// Twin of `MajorantParams`.

@@ -95,6 +95,8 @@ pub struct PathTraceVariant {
     pub classes: Classes,
     /// All voxels lie in one pool.
     pub one_pool: bool,
+    /// Some pool may hold values of 16 bits in two channels of 8.
+    pub split_texels: bool,
     /// The driver ends invocations after so many turns of their loops: paths are put aside in time, and taken up by the
     /// next dispatch.
     pub limited_turns: bool,
@@ -108,13 +110,14 @@ pub struct PathTraceVariant {
 }
 
 impl PathTraceVariant {
-    /// Every combination that there is. But of classes: some of them come with nothing else and with everything else alone.
+    /// Every combination that there is. But of classes: some of them come with nothing else and with everything else alone, as
+    /// split texels do.
     pub fn all() -> impl Iterator<Item = Self> {
         let all = Classes::sets().flat_map(|classes| {
             let is_whole = !classes.any() || classes == Classes::ALL;
-            (0..2048u32)
-                .filter(move |bits| is_whole || [0, 1023 & !4 & !256, 1024 + 255 - 4].contains(bits))
-                .map(move |bits| Self {
+            let is_chosen = move |bits: u32| [0, 1023 & !4 & !256, 1024 + 255 - 4].contains(&bits);
+            (0..4096u32).filter(move |bits| is_whole && *bits < 2048 || is_chosen(bits & 2047)).map(
+                move |bits| Self {
                     environment_sampling: bits & 1 != 0,
                     surface: bits & 2 != 0,
                     guides: bits & 4 != 0,
@@ -126,9 +129,11 @@ impl PathTraceVariant {
                     limited_turns: bits & 256 != 0,
                     shared: bits & 512 != 0,
                     points: bits & 1024 != 0,
+                    split_texels: bits & 2048 != 0,
                     several: false,
                     classes,
-                })
+                },
+            )
         });
         all.filter(|variant| {
             let is_for_points = variant.live && !variant.guides && !variant.shared;
@@ -146,6 +151,7 @@ impl PathTraceVariant {
             many_volumes: self.many_volumes && several,
             classes: self.classes,
             one_pool: self.one_pool,
+            split_texels: self.split_texels,
             ..Self::default()
         }
     }
@@ -209,6 +215,7 @@ pub(crate) const CLASSES: &[Flag] = &[
 /// Those behind them.
 pub(crate) const LAST_FLAGS: &[Flag] = &[
     flag("pool", None, |v| v.one_pool),
+    flag("split", None, |v| v.split_texels),
     flag("turns", None, |v| v.limited_turns),
     flag("shared", None, |v| v.shared),
     flag("points", Some("POINTS"), |v| v.points),

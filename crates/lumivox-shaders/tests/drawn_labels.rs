@@ -4,7 +4,7 @@
 //! The same number has decided whether light may collide at the point, by being small, or how far it came: so its products have to be
 //! spread alike wherever it lies.
 
-use lumivox_shaders::constants::{BRICK_SIZE, FIRST_DRAW, MAX_BRICKS, SECOND_DRAW, THIRD_DRAW};
+use lumivox_shaders::constants::{BRICK_SIZE, FIRST_DRAW, MAX_BRICKS, PLACE_ZERO, SECOND_DRAW, THIRD_DRAW};
 
 /// Sums of three bytes.
 const SUMS: usize = 3 * 255 + 1;
@@ -126,7 +126,6 @@ fn axes_are_independent_of_each_other() {
 
 /// As `style_at` finds a voxel along an axis, in the last bits of floats.
 fn voxel(here: f32, moved: u32, dims: f32) -> u32 {
-    const PLACE_ZERO: f32 = 24576.0;
     let from_corner = (here + (PLACE_ZERO - 1.5 + 3.0 / 512.0)).to_bits() + 2 * moved;
     let inside = from_corner.clamp(PLACE_ZERO.to_bits(), (dims + PLACE_ZERO).to_bits() - 1);
     inside >> 9 & 0x1fff

@@ -10,7 +10,9 @@ use lumivox_core::{
     Environment, EnvironmentSource, HostCamera, Light, LightKind, Peel, Scene, VolumeInstance, placement,
 };
 use lumivox_renderer::stage::{NothingAhead, Recorded, Refusal, Stage, ViewFrame, ViewRecorded, WorldState};
-use lumivox_renderer::{DeviceLimits, DistanceFog, Fog, HostDepth, HostFrame, LiveSettings, ViewKind};
+use lumivox_renderer::{
+    DeviceLimits, DistanceFog, FineTexels, Fog, HostDepth, HostFrame, LiveSettings, ViewKind,
+};
 
 use crate::abi::*;
 use crate::border::{free, guard, guard_handle, guard_option, guard_status, known, known_mut, list, text};
@@ -81,7 +83,10 @@ pub fn device_limits(limits: &LumivoxDeviceLimits) -> DeviceLimits {
             true => DeviceLimits::TEXTURE_BYTES_OF_SOFTWARE,
             false => DeviceLimits::TEXTURE_BYTES_OF_GPU.min(2000 << 20),
         };
-        it.unorm16 = limits.unorm16 != 0;
+        it.fine_texels = match limits.unorm16 {
+            0 => FineTexels::Halves,
+            _ => FineTexels::Norms,
+        };
         it.few_kernels = true;
         it.max_texture_2d = limits.max_texture_2d;
         it.max_storage_binding = limits.max_buffer_bytes.clamp(16 << 20, 2000 << 20);

@@ -84,6 +84,7 @@ impl FlatSteps {
                 format: match format {
                     TextureFormat::R8Unorm => 0,
                     TextureFormat::R16Unorm => 1,
+                    TextureFormat::Rg8Unorm => unreachable!("Unity's kernels write no texels of two bytes"),
                     TextureFormat::R16Float => 2,
                     TextureFormat::Rgba32Float => 3,
                 },

@@ -5,7 +5,7 @@ use std::sync::Arc;
 
 use lumivox_renderer::recording::{BindingKind, Kernel, KernelKind, TextureOrder};
 use lumivox_renderer::stage::Workbench;
-use lumivox_renderer::{DeviceLimits, LoopTurns, Recording, ResourceId, Step, Workshop};
+use lumivox_renderer::{DeviceLimits, FineTexels, LoopTurns, Recording, ResourceId, Step, Workshop};
 
 use crate::commands::{Commands, UNIFORM_BYTES};
 use crate::error::GpuError;
@@ -33,10 +33,11 @@ pub struct Executor {
     sampler: wgpu::Sampler,
     uniforms: wgpu::Buffer,
     kind_of_uniforms: Uniforms,
+    fine_texels: FineTexels,
 }
 
 impl Executor {
-    /// An executor for a device; one with 16-bit normalised textures keeps 16-bit scans as they are.
+    /// An executor for a device; one with 16-bit normalised textures keeps 16-bit scans as they are, [others](Self::store_as) may.
     pub fn new(device: wgpu::Device, queue: wgpu::Queue) -> Self {
         let sampler = device.create_sampler(&wgpu::SamplerDescriptor {
             label: Some("linear"),
@@ -51,7 +52,12 @@ impl Executor {
             usage: kind_of_uniforms.usage() | wgpu::BufferUsages::COPY_DST,
             mapped_at_creation: false,
         });
+        let fine_texels = match device.features().contains(wgpu::Features::TEXTURE_FORMAT_16BIT_NORM) {
+            true => FineTexels::Norms,
+            false => FineTexels::Halves,
+        };
         Self {
+            fine_texels,
             dispatches: pipelines::dispatches(device.clone(), kind_of_uniforms),
             draws: pipelines::draws(device.clone(), kind_of_uniforms),
             timer: Timer::new(&device, &queue),
@@ -63,6 +69,12 @@ impl Executor {
             uniforms,
             kind_of_uniforms,
         }
+    }
+
+    /// Stores voxels of more than 8 bits as a [`FilterTest`](crate::FilterTest) says that the device does best: before its
+    /// [limits](Self::limits) are asked for. Without 16-bit norms they are half floats else.
+    pub fn store_as(&mut self, fine_texels: FineTexels) {
+        self.fine_texels = fine_texels;
     }
 
     /// The device, for hosts that go on with its buffers.
@@ -85,7 +97,7 @@ impl Executor {
                 true => DeviceLimits::TEXTURE_BYTES_OF_SOFTWARE,
                 false => DeviceLimits::TEXTURE_BYTES_OF_GPU,
             };
-            it.unorm16 = self.device.features().contains(wgpu::Features::TEXTURE_FORMAT_16BIT_NORM);
+            it.fine_texels = self.fine_texels;
             it.one_pool = in_software;
             it.max_texture_2d = limits.max_texture_dimension_2d;
             it.max_storage_binding = limits.max_storage_buffer_binding_size.min(limits.max_buffer_size);

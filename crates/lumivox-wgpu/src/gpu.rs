@@ -8,6 +8,7 @@ use lumivox_renderer::{Recording, SceneCache, VoxelStore};
 
 use crate::error::GpuError;
 use crate::executor::Executor;
+use crate::filtering::FilterTest;
 use crate::submission;
 
 /// A device that could render.
@@ -38,9 +39,9 @@ pub struct Gpu {
 /// What a host that opens its own device should enable, each where its adapter has it:
 /// `adapter.features() & WANTED_FEATURES`.
 ///
-/// With 16-bit norms, scans of 16 bits stay as they are; without, they are stored as half floats, of 11 bits. Timestamps
-/// tell what a frame took ([`GpuTime`](crate::GpuTime)); without, the frame rate has to pace live views. Nothing else
-/// depends on them.
+/// With 16-bit norms, voxels of 16 bits have one channel. Without, as in browsers, they have two of 8 bits where a
+/// [`FilterTest`](crate::FilterTest) says that these are filtered precisely, which takes 1 to 2% longer, and are half floats of 11 bits elsewhere. Timestamps tell what a frame took ([`GpuTime`](crate::GpuTime)); without, the frame rate has to pace live views.
+/// Nothing else depends on them.
 pub const WANTED_FEATURES: wgpu::Features =
     wgpu::Features::TEXTURE_FORMAT_16BIT_NORM.union(wgpu::Features::TIMESTAMP_QUERY);
 
@@ -230,7 +231,16 @@ impl Gpu {
             .request_device(&descriptor)
             .await
             .map_err(|e| GpuError::Unsuitable { gpu: description.name.clone(), reason: e.to_string() })?;
-        Ok(Self::of_device(device, queue))
+        let gpu = Self::of_device(device, queue);
+        // Who may not wait asks by himself.
+        #[cfg(not(target_family = "wasm"))]
+        let gpu = {
+            let mut gpu = gpu;
+            let fine_texels = FilterTest::begin(gpu.executor.device(), gpu.executor.queue()).wait()?;
+            gpu.executor.store_as(fine_texels);
+            gpu
+        };
+        Ok(gpu)
     }
 
     /// A device that the host opened; [`WANTED_FEATURES`] and [`wanted_limits`] say how. Who calls this is told of its loss

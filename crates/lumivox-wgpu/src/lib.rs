@@ -11,6 +11,7 @@
 mod commands;
 mod error;
 mod executor;
+mod filtering;
 mod gpu;
 mod headless;
 mod moving;
@@ -22,6 +23,7 @@ mod timing;
 
 pub use error::{GpuError, HeadlessError};
 pub use executor::Executor;
+pub use filtering::FilterTest;
 pub use gpu::{Gpu, GpuDescription, WANTED_FEATURES, wanted_limits};
 pub use headless::{HeadlessRenderer, Outcome, RenderProgress, RenderRequest, Rendered, render};
 pub use moving::MovingView;

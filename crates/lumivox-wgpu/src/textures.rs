@@ -64,6 +64,7 @@ pub(crate) fn create(device: &wgpu::Device, order: &TextureOrder) -> wgpu::Textu
         format: match order.format {
             TextureFormat::R8Unorm => wgpu::TextureFormat::R8Unorm,
             TextureFormat::R16Unorm => wgpu::TextureFormat::R16Unorm,
+            TextureFormat::Rg8Unorm => wgpu::TextureFormat::Rg8Unorm,
             TextureFormat::R16Float => wgpu::TextureFormat::R16Float,
             TextureFormat::Rgba32Float => wgpu::TextureFormat::Rgba32Float,
         },
@@ -75,7 +76,8 @@ pub(crate) fn create(device: &wgpu::Device, order: &TextureOrder) -> wgpu::Textu
     let bytes = [width, height, depth].iter().map(|&n| u64::from(n)).product::<u64>()
         * order.format.bytes_per_texel() as u64;
     // What is no number would be one in a filter that reaches an edge, with a weight of nothing: floats are filled.
-    let may_hold_anything = matches!(order.format, TextureFormat::R8Unorm | TextureFormat::R16Unorm);
+    let may_hold_anything =
+        matches!(order.format, TextureFormat::R8Unorm | TextureFormat::R16Unorm | TextureFormat::Rg8Unorm);
     let unfilled =
         if bytes >= LARGE_BYTES && may_hold_anything { create_unfilled(device, &descriptor) } else { None };
     unfilled.unwrap_or_else(|| device.create_texture(&descriptor))

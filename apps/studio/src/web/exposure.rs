@@ -27,10 +27,14 @@ pub(crate) async fn expose(
     file: &Path,
     desk: &Desk<Exported>,
 ) -> Result<(), String> {
-    let device = with_page(|page| page.device.clone()).flatten();
-    let (device, queue) = device.ok_or("there is no GPU")?;
+    let of_page = with_page(|page| page.device.clone().map(|device| (device, page.fine_texels))).flatten();
+    let ((device, queue), fine_texels) = of_page.ok_or("there is no GPU")?;
     let size = document.film.size;
-    let mut viewport = Viewport::new(Gpu::of_device(device.clone(), queue.clone()), size);
+    let mut gpu = Gpu::of_device(device.clone(), queue.clone());
+    if let Some(fine_texels) = fine_texels {
+        gpu.executor.store_as(fine_texels);
+    }
+    let mut viewport = Viewport::new(gpu, size);
     if viewport.size() != size {
         return Err(format!(
             "a page's pictures have at most {} pixels a side",

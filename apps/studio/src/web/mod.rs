@@ -12,7 +12,9 @@ use std::time::Duration;
 
 use js_sys::{Array, Function, Promise, Reflect, Uint8Array};
 use lumivox_core::host::{Host, Work, set_host};
+use lumivox_renderer::FineTexels;
 use lumivox_viewport::Pace;
+use lumivox_wgpu::{FilterTest, Gpu};
 use wasm_bindgen::prelude::*;
 use wasm_bindgen_futures::JsFuture;
 
@@ -57,6 +59,8 @@ extern "C" {
 pub(crate) struct Surroundings {
     hooks: Hooks,
     device: Option<(eframe::wgpu::Device, eframe::wgpu::Queue)>,
+    /// How a device of the browser's stores voxels best.
+    fine_texels: Option<FineTexels>,
 }
 
 impl Surroundings {
@@ -136,6 +140,17 @@ fn pace(software: bool) -> Pace {
     if software { Pace { resting: 1000.0, most_pixels: 1 << 14, ..usual } } else { usual }
 }
 
+/// How a device stores voxels best, as it says.
+async fn asked(gpu: &Gpu, hooks: &Hooks) -> Option<FineTexels> {
+    let mut test = FilterTest::begin(gpu.executor.device(), gpu.executor.queue());
+    loop {
+        match test.poll() {
+            Some(found) => return found.ok(),
+            None => JsFuture::from(hooks.turn()).await.ok()?,
+        };
+    }
+}
+
 /// The program in a page.
 #[wasm_bindgen]
 pub struct Page(eframe::WebRunner);
@@ -152,8 +167,19 @@ impl Page {
         software: bool,
     ) -> Result<Page, JsValue> {
         begin();
-        SURROUNDINGS
-            .with(|page| *page.borrow_mut() = Some(Surroundings { hooks: hooks.clone(), device: None }));
+        SURROUNDINGS.with(|page| {
+            *page.borrow_mut() = Some(Surroundings { hooks: hooks.clone(), device: None, fine_texels: None })
+        });
+        // Of a device of the same browser's, before the interface has its own: where there is none, that one says so.
+        let fine_texels = match Gpu::request(None).await {
+            Ok(gpu) => asked(&gpu, &hooks).await,
+            Err(_) => None,
+        };
+        SURROUNDINGS.with(|page| {
+            if let Some(page) = page.borrow_mut().as_mut() {
+                page.fine_texels = fine_texels;
+            }
+        });
         let runner = eframe::WebRunner::new();
         let options = eframe::WebOptions { wgpu_options: crate::gpu_options(), ..Default::default() };
         let launch = Launch {
@@ -161,6 +187,7 @@ impl Page {
             drawer: Box::new(Storage),
             chooser: Box::new(Dialogs(hooks)),
             makes_tiles: false,
+            fine_texels,
         };
         let create: eframe::AppCreator<'static> = Box::new(move |context| {
             let mut app = App::new(context, launch);

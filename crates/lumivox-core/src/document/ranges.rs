@@ -20,6 +20,11 @@ impl Range {
     pub fn holds(self, number: f64) -> bool {
         (self.low..=self.high).contains(&number)
     }
+
+    /// The nearest of them to a number that is one.
+    pub fn nearest(self, number: f64) -> f64 {
+        number.clamp(self.low, self.high)
+    }
 }
 
 /// Further away nothing is seen, and 32-bit floats fail.

@@ -50,6 +50,19 @@ pub enum Seen {
 }
 
 impl Slices {
+    /// What a document takes of these: each number that is out of its range is the nearest that is not.
+    pub fn clamped(self) -> Self {
+        let [level, width] = self.window;
+        Self {
+            cross: self.cross.map(|coordinate| ranges::COORDINATE.nearest(coordinate)),
+            window: [ranges::LEVEL.nearest(level), ranges::WIDTH.nearest(width)],
+            slab: self.slab.map(|slab| Slab { thickness: ranges::THICKNESS.nearest(slab.thickness), ..slab }),
+            oblique: self
+                .oblique
+                .map(|axes| axes.map(|axis| axis.map(|part| ranges::DIRECTION.nearest(part)))),
+        }
+    }
+
     pub(super) fn check(&self, faults: &mut Faults) {
         faults.numbers("cross", Some(self.cross), ranges::COORDINATE);
         faults.number("window", Some(self.window[0]), ranges::LEVEL);

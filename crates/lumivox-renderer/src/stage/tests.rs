@@ -10,7 +10,7 @@ use lumivox_core::{Environment, Filter, Medium, Modality, Orbit, Scene, Transfer
 
 use super::*;
 use crate::features::ViewKind;
-use crate::limits::LoopTurns;
+use crate::limits::{FineTexels, LoopTurns};
 
 const WORLD: u64 = 7;
 const VIEW: u64 = 9;
@@ -19,7 +19,7 @@ fn limits() -> DeviceLimits {
     DeviceLimits {
         max_texture_3d: 512,
         max_texture_bytes: 1 << 30,
-        unorm16: true,
+        fine_texels: FineTexels::Norms,
         one_pool: false,
         few_kernels: false,
         max_texture_2d: 4096,

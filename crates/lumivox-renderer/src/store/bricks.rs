@@ -116,6 +116,9 @@ pub(super) fn texels(
             (Voxels::U16(v), TextureFormat::R16Unorm) => {
                 return Payload::new(Words(gather(v, grid, run, |&x| x)));
             }
+            (Voxels::U16(v), TextureFormat::Rg8Unorm) => {
+                return Payload::new(Words(gather(v, grid, run, |&x| high_first(x))));
+            }
             _ => {}
         }
     }
@@ -129,6 +132,7 @@ fn as_stored(mut fractions: Vec<u16>, format: TextureFormat) -> Payload {
             let bytes = fractions.iter().map(|&x| ((u32::from(x) + 128) / 257) as u8);
             return Payload::new(bytes.collect::<Vec<u8>>());
         }
+        TextureFormat::Rg8Unorm => fractions.iter_mut().for_each(|x| *x = high_first(*x)),
         TextureFormat::R16Float => {
             for x in &mut fractions {
                 *x = half::f16::from_f64(f64::from(*x) / 65535.0).to_bits();
@@ -137,6 +141,11 @@ fn as_stored(mut fractions: Vec<u16>, format: TextureFormat) -> Payload {
         _ => {}
     }
     Payload::new(Words(fractions))
+}
+
+/// A number whose bytes lie in memory as channels do: the high one first.
+fn high_first(x: u16) -> u16 {
+    u16::from_ne_bytes(x.to_be_bytes())
 }
 
 fn fractions(volume: &Volume, reading: Reading, factor: u32, grid: BrickGrid, run: Run) -> Vec<u16> {

@@ -3,14 +3,14 @@
 use std::sync::Arc;
 
 use lumivox_core::{Volume, Voxels};
-use lumivox_shaders::constants::{BRICK_TEXELS, PAGE_BITS};
+use lumivox_shaders::constants::{BRICK_TEXELS, LOW_BYTE, PAGE_BITS};
 use lumivox_shaders::layout::POOL_COUNT;
 
 use super::bricks::BrickGrid;
 use super::pool::{Pool, shape, volume};
 use super::texture_ahead::TextureAhead;
 use super::{Bricks, TEXELS};
-use crate::limits::DeviceLimits;
+use crate::limits::{DeviceLimits, FineTexels};
 use crate::recording::{Recording, ResourceId, TextureFormat};
 
 /// Bytes by which a pool may be too large to be used again.
@@ -78,9 +78,10 @@ impl Pools {
             list: vec![None; if limits.one_pool { 1 } else { POOL_COUNT }],
             max_side,
             max_bytes: limits.max_texture_bytes,
-            fine_format: match limits.unorm16 {
-                true => TextureFormat::R16Unorm,
-                false => TextureFormat::R16Float,
+            fine_format: match limits.fine_texels {
+                FineTexels::Norms => TextureFormat::R16Unorm,
+                FineTexels::TwoBytes => TextureFormat::Rg8Unorm,
+                FineTexels::Halves => TextureFormat::R16Float,
             },
             nothing: None,
             retired: vec![],
@@ -133,13 +134,23 @@ impl Pools {
             .collect()
     }
 
-    /// One over the texels along each axis of each.
+    /// One over the texels along each axis of each, and the weight of their second channel.
     pub fn inverse_sizes(&self) -> [[f32; 4]; POOL_COUNT] {
         std::array::from_fn(|i| {
             let size = self.list.get(i).and_then(Option::as_ref).map_or([1; 3], |pool| pool.texture_size);
             let [x, y, z] = size.map(|n| 1.0 / (n * BRICK_TEXELS) as f32);
-            [x, y, z, 0.0]
+            [x, y, z, if self.is_split(i) { LOW_BYTE } else { 0.0 }]
         })
+    }
+
+    /// A bit for each whose values are stored in two bytes.
+    pub fn split(&self) -> u32 {
+        (0..self.list.len()).map(|i| u32::from(self.is_split(i)) << i).sum()
+    }
+
+    fn is_split(&self, index: usize) -> bool {
+        let pool = self.list.get(index).and_then(Option::as_ref);
+        pool.is_some_and(|pool| pool.format == TextureFormat::Rg8Unorm)
     }
 
     /// A scene without volumes has to bind a texture, too.

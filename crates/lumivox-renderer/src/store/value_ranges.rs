@@ -140,7 +140,8 @@ impl Ranges {
             first_cell: self.done,
             cell_count,
             row_length: workgroups[0] * group,
-            padding: [0; 2],
+            split_pools: pools.split(),
+            padding: 0,
         };
         let mut resources = vec![pages, buffer];
         resources.extend(textures);

@@ -7,13 +7,13 @@ use lumivox_core::glam::{DAffine3, DVec3};
 use lumivox_core::{
     Medium, Modality, PerspectiveCamera, Scene, TransferFunction, Volume, VolumeInstance, Voxels,
 };
-use lumivox_renderer::{DeviceLimits, Recording, ResourceId, Step};
+use lumivox_renderer::{DeviceLimits, FineTexels, Recording, ResourceId, Step};
 
 pub const LIMITS: DeviceLimits = {
     let mut limits = DeviceLimits::webgpu_default();
     limits.max_texture_3d = 256;
     limits.max_texture_bytes = 1 << 30;
-    limits.unorm16 = true;
+    limits.fine_texels = FineTexels::Norms;
     limits.max_texture_2d = 1024;
     limits.max_storage_binding = 4 << 20;
     limits.max_samples_per_dispatch = DeviceLimits::SAMPLES_OF_GPU;

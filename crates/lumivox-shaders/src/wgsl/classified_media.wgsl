@@ -102,9 +102,6 @@ fn style_at(v: u32, p: vec3f, drawn: u32) -> u32 {
     return styles + select(label, 0u, is_beyond) * STYLE_PAIRS;
 }
 
-// The middle of those: so many voxels, MAX_BRICKS of bricks and more, fit in before and behind. They are the 13 bits above the 512ths.
-const PLACE_ZERO: f32 = 24576.0;
-
 fn three_bytes(bits: u32) -> vec3u {
     return (vec3u(bits) >> vec3u(8u, 16u, 24u)) & vec3u(255u);
 }

@@ -63,7 +63,7 @@ struct Frame {
     march_first: vec2u,
     march_stride: u32,
     padding: u32,
-    // One over the texels of each pool along each axis; w is unused.
+    // One over the texels of each pool along each axis; w is the weight of the second channel of its texels.
     inverse_pool_sizes: array<vec4f, MAX_POOLS>,
 }
 

@@ -2,6 +2,6 @@
 
 @group(0) @binding(POOL_BINDING) var pool: texture_3d<f32>;
 
-fn load_texel(index: u32, texel: vec3i) -> f32 {
-    return textureLoad(pool, texel, 0).r;
+fn load_texel(index: u32, texel: vec3i) -> vec2f {
+    return textureLoad(pool, texel, 0).rg;
 }

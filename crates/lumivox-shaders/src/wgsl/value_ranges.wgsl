@@ -1,5 +1,5 @@
 // The smallest and the largest stored value that filters can touch in each cell of a volume, from the voxels in the
-// pools. Expects `pools`.
+// pools. Expects pools and texels.
 
 struct ValueRangeParams {
     // Voxels along each axis.
@@ -15,7 +15,9 @@ struct ValueRangeParams {
     cell_count: u32,
     // Cells in a row of workgroups: a dispatch has at most 65535 workgroups along an axis.
     row_length: u32,
-    padding: vec2u,
+    // A bit for each pool: whether its values are stored in two parts.
+    split_pools: u32,
+    padding: u32,
 }
 
 @group(0) @binding(0) var<uniform> params: ValueRangeParams;
@@ -47,9 +49,12 @@ fn value_ranges(@builtin(global_invocation_id) id: vec3u) {
             for (var x = begin.x; x < end.x; x++) {
                 let voxel = vec3u(x, y, z);
                 let page = page_of(voxel / BRICK_SIZE);
-                let texel = load_texel(pool_of(page), vec3i(brick_origin(page) + voxel % BRICK_SIZE));
-                low = min(low, texel);
-                high = max(high, texel);
+                let pool = pool_of(page);
+                let texel = load_texel(pool, vec3i(brick_origin(page) + voxel % BRICK_SIZE));
+                let weight = select(0.0, LOW_BYTE, (params.split_pools >> pool & 1u) != 0u);
+                let value = stored_value(texel, weight);
+                low = min(low, value);
+                high = max(high, value);
             }
         }
     }

@@ -1,4 +1,4 @@
-// Reading a volume: filters, gradient, spaces. Expects `instances`, `grids`, pools, `linear_sampler` and `frame`.
+// Reading a volume: filters, gradient, spaces. Expects `instances`, `grids`, pools, texels, `linear_sampler` and `frame`.
 
 // Stored value in [0, 1] at a point of voxel space.
 fn sample_trilinear(v: u32, p: vec3f) -> f32 {
@@ -14,7 +14,8 @@ fn sample_nearest(v: u32, p: vec3f) -> f32 {
 // A voxel in the brick that a cell lies in. A brick reaches half a voxel further than its cells, and what lies beyond the
 // volume repeats the last voxel: a rounding leads to no other brick.
 fn load_voxel(cell: Cell, voxel: vec3i) -> f32 {
-    return load_texel(cell_pool(cell), voxel + cell_texel_from_voxel(cell));
+    let pool = cell_pool(cell);
+    return stored_value(load_texel(pool, voxel + cell_texel_from_voxel(cell)), frame.inverse_pool_sizes[pool].w);
 }
 
 // One of the cells in the brick that holds a voxel.
@@ -30,7 +31,9 @@ fn cell_at(v: u32, voxel: vec3u) -> Cell {
 fn filter_brick(cell: Cell, p: vec3f) -> f32 {
     // Below the centre of the first voxel lies nothing.
     let texel = max(p, vec3f(0.5)) + (1.0 / 1024.0) + vec3f(cell_texel_from_voxel(cell));
-    return sample_pool(cell_pool(cell), texel * frame.inverse_pool_sizes[cell_pool(cell)].xyz);
+    let pool = cell_pool(cell);
+    let from_texels = frame.inverse_pool_sizes[pool];
+    return stored_value(sample_pool(pool, texel * from_texels.xyz), from_texels.w);
 }
 
 // The taps of a cubic B-spline along each axis (Sigg and Hadwiger, "Fast Third-Order Texture Filtering", GPU Gems 2,

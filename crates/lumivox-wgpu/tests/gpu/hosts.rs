@@ -6,12 +6,12 @@ use std::time::Instant;
 use lumivox_core::Camera;
 use lumivox_renderer::recording::{Kernel, Payload};
 use lumivox_renderer::{
-    DeviceLimits, Film, LiveSettings, Recording, ResourceId, SceneCache, Step, View, ViewKind, ViewSettings,
-    VoxelStore,
+    DeviceLimits, Film, FineTexels, LiveSettings, Recording, ResourceId, SceneCache, Step, View, ViewKind,
+    ViewSettings, VoxelStore,
 };
 use lumivox_testing::scenes::{self, TestScene};
 use lumivox_wgpu::{
-    Gpu, GpuError, HeadlessError, Outcome, RenderRequest, Submission, render, wanted_limits, wgpu,
+    FilterTest, Gpu, GpuError, HeadlessError, Outcome, RenderRequest, Submission, render, wanted_limits, wgpu,
 };
 
 use crate::gpu;
@@ -29,7 +29,7 @@ fn now<T>(future: impl Future<Output = T>) -> T {
 }
 
 /// A device of the same adapter with WebGPU's default limits, and nothing beyond.
-fn plain_device() -> Gpu {
+pub fn plain_device() -> Gpu {
     let wanted = std::env::var("LUMIVOX_GPU").unwrap_or_default().to_lowercase();
     let instance = wgpu::Instance::default();
     let adapters = now(instance.enumerate_adapters(wgpu::Backends::PRIMARY));
@@ -43,7 +43,10 @@ fn plain_device() -> Gpu {
         (device.features(), device.limits().max_storage_buffers_per_shader_stage),
         (Default::default(), 8)
     );
-    Gpu::of_device(device, queue)
+    let mut gpu = Gpu::of_device(device, queue);
+    let test = FilterTest::begin(gpu.executor.device(), gpu.executor.queue());
+    gpu.executor.store_as(test.wait().unwrap());
+    gpu
 }
 
 fn still(gpu: &mut Gpu, test: &TestScene, request: &RenderRequest) -> Film {
@@ -79,7 +82,8 @@ fn the_default_limits_of_webgpu_suffice() {
         let (wanted, wanted_picture) = {
             let mut gpu = gpu();
             // Scans of 16 bits as that device stores them: other tests say what the difference is worth.
-            let limits = gpu.executor.limits().with(|it| it.unorm16 = false);
+            let limits =
+                gpu.executor.limits().with(|it| it.fine_texels = plain.executor.limits().fine_texels);
             let mut host = Host::within(limits, &mut gpu, &test, settings);
             host.converge(&mut gpu, &camera, 1000);
             (host.film(&mut gpu), picture(&mut host, &mut gpu, &camera))
@@ -105,7 +109,7 @@ fn the_default_limits_are_known_by_both_names() {
     assert_eq!(known.max_texture_3d, limits.max_texture_dimension_3d);
     assert_eq!(known.max_texture_2d, limits.max_texture_dimension_2d);
     assert_eq!(known.max_storage_binding, limits.max_storage_buffer_binding_size);
-    assert!(known.max_storage_binding <= limits.max_buffer_size && !known.unorm16);
+    assert!(known.max_storage_binding <= limits.max_buffer_size && known.fine_texels == FineTexels::Halves);
 }
 
 /// A recording that traces an image and reads it back.

@@ -4,11 +4,12 @@ use std::sync::Arc;
 
 use lumivox_core::glam::{DAffine3, DVec3};
 use lumivox_core::{
-    Ease, Environment, Medium, Modality, PerspectiveCamera, Scene, TransferFunction, Volume, VolumeInstance,
-    Voxels,
+    Ease, Environment, Filter, Medium, Modality, PerspectiveCamera, Scene, TransferFunction, Volume,
+    VolumeInstance, Voxels,
 };
 use lumivox_renderer::{
-    DeviceLimits, Recording, Resolution, SceneCache, View, ViewSettings, VoxelStore, prepare_volume,
+    DeviceLimits, FineTexels, Recording, Resolution, SceneCache, View, ViewSettings, VoxelStore,
+    prepare_volume,
 };
 use lumivox_wgpu::Gpu;
 
@@ -181,10 +182,69 @@ fn an_image_does_not_depend_on_where_voxels_lie() {
             assert_eq!(store.resolution(volume), Some(Resolution { factor: 1, arriving: false }), "{name}");
         }
     }
-    // Half floats have eleven bits: another image, but not by much.
-    let halves = film_at_once(&mut gpu, limits.with(|it| it.unorm16 = false), &scene(&all));
-    let (a, b) = (alpha(&halves), alpha(&expected));
-    assert!((a - b).abs() < 0.01 * b, "{a} of half floats, {b}");
+}
+
+/// Of 1024 of 65,536 values, among which the first byte changes four times. Half floats tell 64 of them apart.
+fn narrow() -> Arc<Volume> {
+    let wide = sphere([70, 80, 60], false);
+    let Voxels::U16(values) = wide.voxels() else { panic!("of 16 bits") };
+    let narrow = Voxels::U16(values.iter().map(|&v| 29_700 + v / 64).collect());
+    let rescale = [1.0 / 1024.0, -29_700.0 / 1024.0];
+    let place = wide.patient_from_voxel();
+    Arc::new(Volume::new(wide.dims(), narrow, rescale, place, Modality::Other).unwrap())
+}
+
+#[test]
+fn two_bytes_keep_all_of_16_bits() {
+    let mut gpu = gpu();
+    let limits = gpu.executor.limits();
+    let narrow = narrow();
+    for (name, one_pool, volumes) in [
+        ("alone", true, vec![&narrow]),
+        ("beside one of 8 bits", false, vec![&narrow, &sphere([33, 40, 50], true)]),
+    ] {
+        let mut scene = scene(&volumes);
+        scene.volumes.iter_mut().for_each(|volume| volume.medium.filter = Filter::Nearest);
+        let mut film = |fine_texels| {
+            let limits = limits.with(|it| (it.one_pool, it.fine_texels) = (one_pool, fine_texels));
+            film_at_once(&mut gpu, limits, &scene)
+        };
+        let expected = film(limits.fine_texels);
+        assert_same(&film(FineTexels::TwoBytes), &expected, name);
+        // Another image, but not by much.
+        let halves = film(FineTexels::Halves);
+        let off = halves.iter().zip(&expected).filter(|(a, b)| a != b).count();
+        assert!(off > expected.len() / 16, "{name}: {off} pixels of half floats differ");
+        let (a, b) = (alpha(&halves), alpha(&expected));
+        assert!((a - b).abs() < 0.1 * b, "{name}: {a} of half floats, {b}");
+    }
+}
+
+#[test]
+fn two_bytes_are_filtered_as_numbers_of_16_bits_where_the_device_says_so() {
+    // It is asked where it has no others.
+    let plain = crate::hosts::plain_device();
+    if plain.executor.limits().fine_texels != FineTexels::TwoBytes {
+        assert_eq!(plain.executor.limits().fine_texels, FineTexels::Halves);
+        println!(
+            "{} rounds 8 bits that it filters to 8 bits: they are not stored so",
+            plain.description.name
+        );
+        return;
+    }
+    let mut gpu = gpu();
+    let limits = gpu.executor.limits();
+    let scene = scene(&[&narrow()]);
+    let mut film =
+        |fine_texels| film_at_once(&mut gpu, limits.with(|it| it.fine_texels = fine_texels), &scene);
+    let expected = film(limits.fine_texels);
+    let light: f64 = expected.iter().map(|pixel| f64::from(pixel[0])).sum();
+    let [bytes, halves] = [FineTexels::TwoBytes, FineTexels::Halves].map(|fine_texels| {
+        let film = film(fine_texels);
+        film.iter().zip(&expected).map(|(a, b)| f64::from((a[0] - b[0]).abs())).sum::<f64>() / light
+    });
+    println!("{bytes:.4} off in two bytes, {halves:.4} in half floats");
+    assert!(halves > 4.0 * bytes, "{bytes} in two bytes, {halves} in half floats");
 }
 
 #[test]

@@ -20,7 +20,7 @@ use godot::classes::{
 use godot::global::Error;
 use godot::prelude::*;
 use lumivox_renderer::recording::{BindingKind, Kernel, Payload, TextureFormat, TextureOrder};
-use lumivox_renderer::{DeviceLimits, LoopTurns, Recording, ResourceId, Step};
+use lumivox_renderer::{DeviceLimits, FineTexels, LoopTurns, Recording, ResourceId, Step};
 
 pub use self::pipelines::workshop;
 use self::pipelines::{Pipelines, is_software};
@@ -129,8 +129,11 @@ impl Executor {
                 true => DeviceLimits::TEXTURE_BYTES_OF_SOFTWARE,
                 false => DeviceLimits::TEXTURE_BYTES_OF_GPU,
             };
-            it.unorm16 = device
-                .texture_is_format_supported_for_usage(DataFormat::R16_UNORM, TextureUsageBits::SAMPLING_BIT);
+            if device
+                .texture_is_format_supported_for_usage(DataFormat::R16_UNORM, TextureUsageBits::SAMPLING_BIT)
+            {
+                it.fine_texels = FineTexels::Norms;
+            }
             it.one_pool = on_cpu;
             it.max_texture_2d = limit(Limit::MAX_TEXTURE_SIZE_2D);
             it.max_storage_binding = storage_binding(&vendor, on_cpu);
@@ -526,6 +529,7 @@ fn create_texture(
     format.set_format(match plan.format {
         TextureFormat::R8Unorm => DataFormat::R8_UNORM,
         TextureFormat::R16Unorm => DataFormat::R16_UNORM,
+        TextureFormat::Rg8Unorm => DataFormat::R8G8_UNORM,
         TextureFormat::R16Float => DataFormat::R16_SFLOAT,
         TextureFormat::Rgba32Float => DataFormat::R32G32B32A32_SFLOAT,
     });
