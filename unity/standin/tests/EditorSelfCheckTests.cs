@@ -114,7 +114,7 @@ namespace Lumivox.Tests
         public void AWindowShowsWhatCameOfIt()
         {
             var window = SelfCheckWindow.Open();
-            window.Begin(SelfCheckList.All().Where(check => check.Name == "Phantom" || check.Name.EndsWith("lights")).ToList());
+            window.Begin(SelfCheckList.All().Where(check => check.Name == "Phantom" || check.Name.EndsWith("occlusion")).ToList());
             var root = window.rootVisualElement;
             Assert.IsTrue(root.Q<Button>("stop").enabledSelf);
             EditorProject.Until(() => window.Run.IsOver, "the checks end", window.panel);
@@ -122,7 +122,7 @@ namespace Lumivox.Tests
             StringAssert.StartsWith("OK", root.Q<Label>("verdict").text);
             Assert.AreEqual(3, root.Query<Image>().ToList().Count, "seen, expected, different");
             window.panel.Click(root.Q<Button>("copy").worldBound.center);
-            StringAssert.Contains("OK       Picture: lights", GUIUtility.systemCopyBuffer);
+            StringAssert.Contains("OK       Picture: occlusion", GUIUtility.systemCopyBuffer);
             Assert.IsTrue(root.Q<Button>("start").enabledSelf);
             window.Close();
             NothingIsLeft();
@@ -173,10 +173,10 @@ namespace Lumivox.Tests
             var folder = Directory.CreateDirectory(Path.Combine(Path.GetTempPath(), "lumivox-" + Path.GetRandomFileName())).FullName;
             try
             {
-                CheckPicture.Expected("lights").Save(Path.Combine(folder, "cube-at-distances.png"));
+                CheckPicture.Expected("lights").Save(Path.Combine(folder, "occlusion.png"));
                 CheckPicture.ExpectedFolder = folder;
-                Fails("cube-at-distances", "the picture is not what it should be", "cube-at-distances-expected.png", "attach both");
-                Fails("lights", "lights.png is missing from the package");
+                Fails("occlusion", "the picture is not what it should be", "occlusion-expected.png", "attach both");
+                Fails("cube-at-distances", "cube-at-distances.png is missing from the package");
             }
             finally
             {
@@ -227,7 +227,7 @@ namespace Lumivox.Tests
             {
                 pipeline.RenderScale = 0.5f;
                 var paint = pipeline.Add<Paint>();
-                Passes("lights");
+                Passes("occlusion");
                 Assert.AreEqual(0.5f, pipeline.RenderScale);
                 Assert.IsTrue(paint.isActive);
             }
@@ -247,7 +247,7 @@ namespace Lumivox.Tests
                 LumivoxRuntime.Report("there is no room");
             }
             Log.Expect(LogType.Error, "Lumivox cannot draw the volumes: ");
-            var check = SelfCheckList.All().Single(one => one.Name.EndsWith("lights"));
+            var check = SelfCheckList.All().Single(one => one.Name.EndsWith("occlusion"));
             using (var run = new SelfCheckRun(new[] { check }))
                 EditorProject.Until(() =>
                 {
