@@ -8,6 +8,7 @@ use lumivox_renderer::{Recording, SceneCache, VoxelStore};
 
 use crate::error::GpuError;
 use crate::executor::Executor;
+#[cfg(not(target_family = "wasm"))]
 use crate::filtering::FilterTest;
 use crate::submission;
 

@@ -51,7 +51,7 @@ fn value_ranges(@builtin(global_invocation_id) id: vec3u) {
                 let page = page_of(voxel / BRICK_SIZE);
                 let pool = pool_of(page);
                 let texel = load_texel(pool, vec3i(brick_origin(page) + voxel % BRICK_SIZE));
-                let weight = select(0.0, LOW_BYTE, (params.split_pools >> pool & 1u) != 0u);
+                let weight = select(0.0, LOW_BYTE, ((params.split_pools >> pool) & 1u) != 0u);
                 let value = stored_value(texel, weight);
                 low = min(low, value);
                 high = max(high, value);
