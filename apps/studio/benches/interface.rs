@@ -102,7 +102,6 @@ impl Bench {
             drawer: Box::new(Forgetful(settings)),
             chooser: Box::new(Nobody),
             makes_tiles: false,
-            fine_texels: None,
         };
         let mut studio = Harness::builder()
             .with_size([width, height])

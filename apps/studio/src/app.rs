@@ -11,7 +11,6 @@ use std::sync::Arc;
 use eframe::egui::{self, Frame, Margin, Panel, ViewportCommand};
 use lumivox_core::Preset;
 use lumivox_core::document::View;
-use lumivox_renderer::FineTexels;
 
 use crate::archive::Archive;
 use crate::darkroom::{Darkroom, Exported, Tile};
@@ -50,8 +49,6 @@ pub struct Launch {
     pub chooser: Box<dyn Chooser>,
     /// Whether looks are shown as tiles of the scan, which takes a slow GPU's time.
     pub makes_tiles: bool,
-    /// How the device stores voxels of more than 8 bits best, where its host has asked it.
-    pub fine_texels: Option<FineTexels>,
 }
 
 /// The program.
@@ -107,7 +104,7 @@ impl App {
         let mut app = Self {
             archive: Archive::new(launch.drawer.archive_folder(), &settings),
             state: State::new(settings),
-            live: context.wgpu_render_state.as_ref().map(|state| Live::new(state, launch.fine_texels)),
+            live: context.wgpu_render_state.as_ref().map(Live::new),
             drawer: launch.drawer,
             chooser: launch.chooser,
             darkroom: Darkroom::default(),

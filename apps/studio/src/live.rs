@@ -4,7 +4,6 @@ use eframe::egui::TextureId;
 use eframe::egui_wgpu::RenderState;
 use eframe::wgpu;
 use lumivox_core::document::Display;
-use lumivox_renderer::FineTexels;
 use lumivox_viewport::{Picture, Progress, Viewport};
 use lumivox_wgpu::Gpu;
 
@@ -26,11 +25,8 @@ pub struct Live {
 
 impl Live {
     /// A view on the interface's own device. Until a scan is open it costs next to nothing.
-    pub fn new(state: &RenderState, fine_texels: Option<FineTexels>) -> Self {
-        let mut gpu = Gpu::of_device(state.device.clone(), state.queue.clone());
-        if let Some(fine_texels) = fine_texels {
-            gpu.executor.store_as(fine_texels);
-        }
+    pub fn new(state: &RenderState) -> Self {
+        let gpu = Gpu::of_device(state.device.clone(), state.queue.clone());
         let viewport = Viewport::new(gpu, [1, 1]);
         let view = viewport.texture().create_view(&Default::default());
         let texture =

@@ -64,13 +64,8 @@ pub fn main() -> ExitCode {
         wgpu_options: crate::gpu_options(),
         ..Default::default()
     };
-    let launch = Launch {
-        open,
-        drawer: Box::new(SettingsFile),
-        chooser: Box::new(Desktop),
-        makes_tiles: true,
-        fine_texels: None,
-    };
+    let launch =
+        Launch { open, drawer: Box::new(SettingsFile), chooser: Box::new(Desktop), makes_tiles: true };
     let create: eframe::AppCreator<'_> = Box::new(|context| Ok(Box::new(App::new(context, launch))));
     match eframe::run_native("Lumivox Studio", options, create) {
         Ok(()) => ExitCode::SUCCESS,

@@ -7,7 +7,7 @@ use lumivox_core::host::Moment;
 use lumivox_core::{PerspectiveCamera, Scene};
 use lumivox_renderer::recording::{Kernel, TextureOrder};
 use lumivox_renderer::stage::{Lent, Recorded, Refusal, Stage, StageError, ViewFrame, Workbench, WorldState};
-use lumivox_renderer::{Features, HostFrame, LiveSettings, ViewKind};
+use lumivox_renderer::{Features, FineTexels, HostFrame, LiveSettings, ViewKind};
 use lumivox_wgpu::{Executor, Gpu, GpuError, GpuTime, ReadBack, Submission, wgpu};
 
 use crate::display::{COLOR_FORMAT, DisplayPass, SHOWN_FORMAT, clear, texture};
@@ -107,6 +107,13 @@ impl Viewport {
             displayed: None,
             progress: Progress::default(),
         }
+    }
+
+    /// Stores voxels of more than 8 bits as a [`FilterTest`](lumivox_wgpu::FilterTest) says that the device does best: before the first
+    /// frame.
+    pub fn store_as(&mut self, fine_texels: FineTexels) {
+        self.gpu.executor.store_as(fine_texels);
+        self.stage = Stage::new(self.gpu.executor.limits());
     }
 
     /// The device.

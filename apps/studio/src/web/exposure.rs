@@ -13,7 +13,7 @@ use lumivox_wgpu::Gpu;
 use wasm_bindgen_futures::JsFuture;
 
 use super::{turn, with_page};
-use crate::darkroom::{self, DEFAULT_SAMPLES, Exported};
+use crate::darkroom::{self, DEFAULT_SAMPLES, Exported, Tile};
 use crate::jobs::{Busy, Desk};
 
 /// Renders what a document says, and keeps it.
@@ -27,22 +27,15 @@ pub(crate) async fn expose(
     file: &Path,
     desk: &Desk<Exported>,
 ) -> Result<(), String> {
-    let of_page = with_page(|page| page.device.clone().map(|device| (device, page.fine_texels))).flatten();
-    let ((device, queue), fine_texels) = of_page.ok_or("there is no GPU")?;
     let size = document.film.size;
-    let mut gpu = Gpu::of_device(device.clone(), queue.clone());
-    if let Some(fine_texels) = fine_texels {
-        gpu.executor.store_as(fine_texels);
-    }
-    let mut viewport = Viewport::new(gpu, size);
+    let mut viewport = of_page(size)?;
+    let (device, queue) = (viewport.gpu().executor.device().clone(), viewport.gpu().executor.queue().clone());
     if viewport.size() != size {
         return Err(format!(
             "a page's pictures have at most {} pixels a side",
             viewport.size()[0].max(viewport.size()[1])
         ));
     }
-    // All of its pixels, whoever traces them.
-    *viewport.pace_mut() = Pace::of(false);
     let mut display = document.display;
     if display.background == Backdrop::Transparent {
         display.background = Backdrop::Color([0; 3]);
@@ -75,7 +68,69 @@ pub(crate) async fn expose(
     darkroom::keep(file, &darkroom::Picture { size, rgba })
 }
 
-async fn wait() {
+/// A view on the page's device.
+fn of_page(size: [u32; 2]) -> Result<Viewport, String> {
+    let of_page = with_page(|page| page.device.clone().map(|device| (device, page.fine_texels))).flatten();
+    let ((device, queue), fine_texels) = of_page.ok_or("there is no GPU")?;
+    let mut gpu = Gpu::of_device(device, queue);
+    if let Some(fine_texels) = fine_texels {
+        gpu.executor.store_as(fine_texels);
+    }
+    let mut viewport = Viewport::new(gpu, size);
+    // All of its pixels, whoever traces them.
+    *viewport.pace_mut() = Pace::of(false);
+    Ok(viewport)
+}
+
+/// What makes tiles of looks, between frames: kernels are made once for all of them.
+pub(crate) struct TilePress {
+    viewport: Viewport,
+    made: u64,
+}
+
+impl TilePress {
+    /// # Errors
+    /// Where there is no GPU.
+    pub(crate) fn new() -> Result<Self, String> {
+        Ok(Self { viewport: of_page([darkroom::TILE; 2])?, made: 0 })
+    }
+
+    /// A picture of a scene, of so many samples; none where that was cancelled.
+    ///
+    /// # Errors
+    /// Why there is none.
+    pub(crate) async fn print(
+        &mut self,
+        document: &SceneDocument,
+        scene: &Scene,
+        samples: u32,
+        desk: &Desk<Tile>,
+    ) -> Result<Option<darkroom::Picture>, String> {
+        let camera = document.camera.camera(scene, 1.0).ok_or("there is nothing to see")?;
+        let mut display = document.display;
+        if display.background == Backdrop::Transparent {
+            display.background = Backdrop::Color([0; 3]);
+        }
+        self.made += 1;
+        loop {
+            if desk.cancel().is_cancelled() {
+                return Ok(None);
+            }
+            let (version, seed) = (self.made, document.film.seed);
+            let picture = Picture { scene, version, camera: &camera, display: &display, samples, seed };
+            if self.viewport.frame(&picture).map_err(|error| error.to_string())?.rests {
+                break;
+            }
+            wait().await;
+        }
+        let executor = &self.viewport.gpu().executor;
+        let rgba = pixels(executor.device(), executor.queue(), self.viewport.texture()).await?;
+        Ok(Some(darkroom::Picture { size: [darkroom::TILE; 2], rgba }))
+    }
+}
+
+/// Until the next frame.
+pub(crate) async fn wait() {
     if let Some(turn) = turn() {
         let _ = JsFuture::from(turn).await;
     }

@@ -14,7 +14,7 @@ use js_sys::{Array, Function, Promise, Reflect, Uint8Array};
 use lumivox_core::host::{Host, Work, set_host};
 use lumivox_renderer::FineTexels;
 use lumivox_viewport::Pace;
-use lumivox_wgpu::{FilterTest, Gpu};
+use lumivox_wgpu::FilterTest;
 use wasm_bindgen::prelude::*;
 use wasm_bindgen_futures::JsFuture;
 
@@ -26,7 +26,7 @@ use crate::settings::{Drawer, Settings};
 use crate::state::{Action, Ask};
 use crate::words::{Language, Word};
 
-pub(crate) use exposure::expose;
+pub(crate) use exposure::{TilePress, expose, wait};
 pub(crate) use worker::{Arrived, leaving};
 
 #[wasm_bindgen]
@@ -59,7 +59,7 @@ extern "C" {
 pub(crate) struct Surroundings {
     hooks: Hooks,
     device: Option<(eframe::wgpu::Device, eframe::wgpu::Queue)>,
-    /// How a device of the browser's stores voxels best.
+    /// How that device stores voxels best, where it said so.
     fine_texels: Option<FineTexels>,
 }
 
@@ -140,17 +140,6 @@ fn pace(software: bool) -> Pace {
     if software { Pace { resting: 1000.0, most_pixels: 1 << 14, ..usual } } else { usual }
 }
 
-/// How a device stores voxels best, as it says.
-async fn asked(gpu: &Gpu, hooks: &Hooks) -> Option<FineTexels> {
-    let mut test = FilterTest::begin(gpu.executor.device(), gpu.executor.queue());
-    loop {
-        match test.poll() {
-            Some(found) => return found.ok(),
-            None => JsFuture::from(hooks.turn()).await.ok()?,
-        };
-    }
-}
-
 /// The program in a page.
 #[wasm_bindgen]
 pub struct Page(eframe::WebRunner);
@@ -170,24 +159,14 @@ impl Page {
         SURROUNDINGS.with(|page| {
             *page.borrow_mut() = Some(Surroundings { hooks: hooks.clone(), device: None, fine_texels: None })
         });
-        // Of a device of the same browser's, before the interface has its own: where there is none, that one says so.
-        let fine_texels = match Gpu::request(None).await {
-            Ok(gpu) => asked(&gpu, &hooks).await,
-            Err(_) => None,
-        };
-        SURROUNDINGS.with(|page| {
-            if let Some(page) = page.borrow_mut().as_mut() {
-                page.fine_texels = fine_texels;
-            }
-        });
         let runner = eframe::WebRunner::new();
         let options = eframe::WebOptions { wgpu_options: crate::gpu_options(), ..Default::default() };
         let launch = Launch {
             open: vec![],
             drawer: Box::new(Storage),
             chooser: Box::new(Dialogs(hooks)),
-            makes_tiles: false,
-            fine_texels,
+            // In software each takes seconds.
+            makes_tiles: !software,
         };
         let create: eframe::AppCreator<'static> = Box::new(move |context| {
             let mut app = App::new(context, launch);
@@ -204,7 +183,10 @@ impl Page {
             Ok(Box::new(app))
         });
         runner.start(canvas, options, create).await?;
-        Ok(Page(runner))
+        let page = Page(runner);
+        // Before anybody gives it a scan.
+        page.ask_device().await;
+        Ok(page)
     }
 
     /// Opens files and folders that were dropped, by their paths.
@@ -347,4 +329,29 @@ pub(crate) fn send(
         }
         drop(own.borrow_mut().take());
     })
+}
+
+impl Page {
+    /// Finds out how the device stores voxels best.
+    async fn ask_device(&self) {
+        let Some((device, queue)) = with_page(|page| page.device.clone()).flatten() else { return };
+        let mut test = FilterTest::begin(&device, &queue);
+        let found = loop {
+            match test.poll() {
+                Some(found) => break found,
+                None => wait().await,
+            }
+        };
+        let Ok(fine_texels) = found else { return };
+        if let Some(mut app) = self.0.app_mut::<App>()
+            && let Some(live) = app.live_mut()
+        {
+            live.viewport_mut().store_as(fine_texels);
+        }
+        SURROUNDINGS.with(|page| {
+            if let Some(page) = page.borrow_mut().as_mut() {
+                page.fine_texels = Some(fine_texels);
+            }
+        });
+    }
 }

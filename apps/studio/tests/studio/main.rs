@@ -103,8 +103,7 @@ fn launch(settings: Settings, makes_tiles: bool) -> (Studio, Answers) {
 
 fn launch_with(drawer: Box<dyn Drawer>, makes_tiles: bool) -> (Studio, Answers) {
     let answers = Answers::default();
-    let launch =
-        Launch { open: vec![], drawer, chooser: Box::new(answers.clone()), makes_tiles, fine_texels: None };
+    let launch = Launch { open: vec![], drawer, chooser: Box::new(answers.clone()), makes_tiles };
     let mut studio = Harness::builder()
         .with_size([1360.0, 900.0])
         .with_max_steps(4)
