@@ -143,6 +143,7 @@ fn twins_have_the_shaders_layout() {
             first_cell,
             cell_count,
             row_length,
+            split_pools,
             padding,
         }
     );
