@@ -26,7 +26,7 @@ use crate::settings::{Drawer, Settings};
 use crate::state::{Action, Ask};
 use crate::words::{Language, Word};
 
-pub(crate) use exposure::{TilePress, expose, wait};
+pub(crate) use exposure::{expose, wait};
 pub(crate) use worker::{Arrived, leaving};
 
 #[wasm_bindgen]
@@ -165,8 +165,7 @@ impl Page {
             open: vec![],
             drawer: Box::new(Storage),
             chooser: Box::new(Dialogs(hooks)),
-            // In software each takes seconds.
-            makes_tiles: !software,
+            makes_tiles: false,
         };
         let create: eframe::AppCreator<'static> = Box::new(move |context| {
             let mut app = App::new(context, launch);
