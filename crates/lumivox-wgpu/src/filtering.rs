@@ -15,7 +15,7 @@ const TEST: &str = "
 
 @compute @workgroup_size(64)
 fn filter_between(@builtin(global_invocation_id) id: vec3u) {
-    let along = 0.25 + 0.5 * (f32(id.x) + 0.5) / 256.0;
+    let along = 0.25 + 0.5 * (f32(id.x) + 0.5) / f32(arrayLength(&filtered));
     filtered[id.x] = textureSampleLevel(texels, linear, vec3f(along, 0.5, 0.5), 0.0).rg;
 }
 ";

@@ -290,8 +290,9 @@ fn says(studio: &Studio, words: &str) -> bool {
 
 fn click(studio: &mut Studio, label: &str) {
     // A dialog moves in the frame after its contents grew; nobody's hand is faster than that.
-    let mut before = None;
+    let (begin, mut before) = (Instant::now(), None);
     loop {
+        assert!(begin.elapsed() < LONGEST, "'{label}' does not stand still");
         let found: Vec<_> = studio.query_all_by_label(label).collect();
         let Some(node) = found.last() else { panic!("there is no '{label}' among {:?}", texts(studio)) };
         let now = node.rect();
