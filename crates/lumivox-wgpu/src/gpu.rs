@@ -41,7 +41,8 @@ pub struct Gpu {
 /// `adapter.features() & WANTED_FEATURES`.
 ///
 /// With 16-bit norms, voxels of 16 bits have one channel. Without, as in browsers, they have two of 8 bits where a
-/// [`FilterTest`](crate::FilterTest) says that these are filtered precisely, and kernels that take 1 to 2% longer, and are half floats of 11 bits elsewhere. Timestamps tell what a frame took ([`GpuTime`](crate::GpuTime)); without, the frame rate has to pace live views.
+/// [`FilterTest`](crate::FilterTest) says that these are filtered precisely, by kernels that take 1 to 2% longer; elsewhere they are half
+/// floats, of 11 bits. Timestamps tell what a frame took ([`GpuTime`](crate::GpuTime)); without, the frame rate has to pace live views.
 /// Nothing else depends on them.
 pub const WANTED_FEATURES: wgpu::Features =
     wgpu::Features::TEXTURE_FORMAT_16BIT_NORM.union(wgpu::Features::TIMESTAMP_QUERY);
