@@ -1,6 +1,6 @@
-# Sourced after lib.sh and wasm.sh: the Studio as a page, a folder of static files.
+# Sourced after lib.sh and wasm.sh: what is for browsers, the Studio as a page and the npm package, folders of static files.
 
-# The program that binds WebAssembly to JavaScript is of one version with the library of that name, see apps/studio/Cargo.toml.
+# The program that binds WebAssembly to JavaScript is of one version with the library of that name, see Cargo.toml.
 WASM_BINDGEN_VERSION=0.2.108
 
 # Debian packages with that program, with what makes WebAssembly smaller, and with a linker.
@@ -62,10 +62,10 @@ RUN
 # What browsers that have WebGPU have, too, and the compiler uses.
 WASM_FEATURES="--enable-bulk-memory --enable-nontrapping-float-to-int --enable-sign-ext --enable-mutable-globals --enable-multivalue --enable-reference-types"
 
-# Refuses a folder $1 that holds something else than such a page.
-need_page_folder() {
+# Refuses a folder $1 that holds something else than what is made there, which has a file $2.
+need_own_folder() {
     # That file is made, and in no folder of the sources.
-    [ ! -e "$1" ] || [ -e "$1/lumivox_studio_bg.wasm" ] || { [ -d "$1" ] && [ -z "$(ls -A "$1")" ]; } ||
+    [ ! -e "$1" ] || [ -e "$1/$2" ] || { [ -d "$1" ] && [ -z "$(ls -A "$1")" ]; } ||
         die "$1 holds something else; name another folder."
 }
 
@@ -74,11 +74,9 @@ fingerprint() {
     if command -v sha256sum >/dev/null 2>&1; then sha256sum; else shasum -a 256; fi | cut -c 1-16
 }
 
-# Writes the page to the folder $1, in place of an older one once it is whole. By a shell of its own: the compiler for browsers is none for what runs here.
-make_page() (
-    # Nothing is left to `set -e`, which nothing heeds where the caller looks at the outcome.
-    out=$1
-    need_page_folder "$out"
+# Compiles the package $1 for browsers, and binds it to JavaScript by the name $2 in the folder $3.
+bind_wasm() {
+    local target
     target=$(target_folder)
     need_wasm_rust
     need_web_tools
@@ -87,23 +85,53 @@ make_page() (
     CARGO_ENCODED_RUSTFLAGS=$(nameless "$PWD=/lumivox" "${CARGO_HOME:-$HOME/.cargo}/registry/src=/crates" "$target=/target") \
         CARGO_TARGET_WASM32_UNKNOWN_UNKNOWN_LINKER=$WEB_TOOLS/wasm-ld CARGO_PROFILE_RELEASE_DEBUG=false \
         "${CARGO:-cargo}" rustc ${CI:+--locked} --release --quiet --target "$WASM_TARGET" --target-dir "$target/wasm" \
-        --package lumivox-studio --lib --crate-type cdylib </dev/null || die "The Studio does not compile for $WASM_TARGET, see above."
-    new=$(mktemp -d "$target/studio-web.XXXXXX") || die "No folder can be made in $target."
-    trap 'rm -rf "$new"' EXIT
-    "$WEB_TOOLS/wasm-bindgen" --target web --no-typescript --out-dir "$new" --out-name lumivox_studio \
-        "$target/wasm/$WASM_TARGET/release/lumivox_studio.wasm" || die "wasm-bindgen fails, see above."
-    module=$new/lumivox_studio_bg.wasm
+        --package "$1" --lib --crate-type cdylib </dev/null || die "$1 does not compile for $WASM_TARGET, see above."
+    "$WEB_TOOLS/wasm-bindgen" --target web --no-typescript --out-dir "$3" --out-name "$2" \
+        "$target/wasm/$WASM_TARGET/release/${1//-/_}.wasm" || die "wasm-bindgen fails, see above."
     # Unquoted on purpose: a list of words.
     # shellcheck disable=SC2086
-    "$WEB_TOOLS/wasm-opt" -O2 $WASM_FEATURES "$module" -o "$module.small" || die "wasm-opt fails, see above."
-    mv "$module.small" "$module" && cp apps/studio/web/* "$new" || die "The page cannot be put together in $new."
+    "$WEB_TOOLS/wasm-opt" -O2 $WASM_FEATURES "$3/$2_bg.wasm" -o "$3/$2_bg.wasm.small" || die "wasm-opt fails, see above."
+    mv "$3/$2_bg.wasm.small" "$3/$2_bg.wasm"
+}
+
+# Puts what is in the folder $1 in place of an older $2 that has a file $3.
+put_in_place() {
+    # The folder itself stays: a server may look at it.
+    need_own_folder "$2" "$3"
+    mkdir -p "$2" && rm -rf "${2:?}"/* && mv "$1"/* "$2"
+}
+
+# Megabytes of the file $1 as browsers fetch it.
+fetched_size() {
+    gzip -9 -c "$1" | wc -c | awk '{ printf "%.1f MB", $1 / 1e6 }'
+}
+
+# Writes the page to the folder $1, in place of an older one once it is whole. By a shell of its own: the compiler for browsers is none for what runs here.
+make_page() (
+    # Nothing is left to `set -e`, which nothing heeds where the caller looks at the outcome.
+    need_own_folder "$1" lumivox_studio_bg.wasm
+    mkdir -p "$(target_folder)" && new=$(mktemp -d "$(target_folder)/studio-web.XXXXXX") || die "No folder can be made in $(target_folder)."
+    trap 'rm -rf "$new"' EXIT
+    bind_wasm lumivox-studio lumivox_studio "$new"
+    cp apps/studio/web/* "$new" || die "The page cannot be put together in $new."
     # Another version is another cache.
     version=$(cat "$new"/* | fingerprint) && sed "s/VERSION/$version/" apps/studio/web/offline.js >"$new/offline.js" ||
         die "The page cannot be put together in $new."
-    # The folder itself stays: a server may look at it.
-    need_page_folder "$out"
-    mkdir -p "$out" && rm -rf "${out:?}"/* && mv "$new"/* "$out" || die "The page cannot be put into $out."
-    say "The page is in $out: $(gzip -9 -c "$out/lumivox_studio_bg.wasm" | wc -c | awk '{ printf "%.1f MB", $1 / 1e6 }') as browsers fetch its program"
+    put_in_place "$new" "$1" lumivox_studio_bg.wasm || die "The page cannot be put into $1."
+    say "The page is in $1: $(fetched_size "$1/lumivox_studio_bg.wasm") as browsers fetch its program"
+)
+
+# Writes the npm package to the folder $1, in the same way.
+make_npm() (
+    need_own_folder "$1" lumivox_wasm_bg.wasm
+    mkdir -p "$(target_folder)" && new=$(mktemp -d "$(target_folder)/npm.XXXXXX") || die "No folder can be made in $(target_folder)."
+    trap 'rm -rf "$new"' EXIT
+    bind_wasm lumivox-js lumivox_wasm "$new"
+    version=$(sed -n '/^\[workspace.package\]/,/^\[workspace.dep/s/^version = "\(.*\)"$/\1/p' Cargo.toml)
+    [ -n "$version" ] && cp js/package/* js/README.md LICENSE-MIT LICENSE-APACHE "$new" &&
+        sed "s/\"VERSION\"/\"$version\"/" js/package/package.json >"$new/package.json" || die "The package cannot be put together in $new."
+    put_in_place "$new" "$1" lumivox_wasm_bg.wasm || die "The package cannot be put into $1."
+    say "The npm package is in $1: $(fetched_size "$1/lumivox_wasm_bg.wasm") as browsers fetch its program"
 )
 
 # Prints a Chromium: the one that is named, the system's, or a private one from Debian of this system's own release.
@@ -144,18 +172,18 @@ RUN
     chmod +x chromium
 )
 
-# Tries the page in the folder $1 in a browser; pictures go to $2.
-test_page() {
+# Tries what is in the folder $1 in a browser, by the word $3 of `xtask web`; pictures go to $2.
+try_in_browser() {
     local chromium scan lumivox
     chromium=$(find_chromium) || die "There is no Chromium. Install one, or name one:
-    LUMIVOX_CHROMIUM=PROGRAM $0 --web --test"
+    LUMIVOX_CHROMIUM=PROGRAM $0 ..."
     scan=$(mktemp -d)
     # By the program that there is already, where there is one.
     lumivox=("${CARGO:-cargo}" run --release --quiet --package lumivox --)
     [ -z "${LUMIVOX_COMMAND:-}" ] || lumivox=("$LUMIVOX_COMMAND")
     "${lumivox[@]}" phantom head --size 32 --out "$scan/head" </dev/null >"$scan/log" 2>&1 ||
         { cat "$scan/log" >&2; rm -rf "$scan"; die "The phantom could not be made, see above."; }
-    if xtask web test "$1" "$chromium" "$scan/head" "$2"; then
+    if xtask web "$3" "$1" "$chromium" "$scan/head" "$2"; then
         rm -rf "$scan"
     else
         rm -rf "$scan"

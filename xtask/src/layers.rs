@@ -59,12 +59,15 @@ const RULES: &[Rule] = &[
     Rule { name: "lumivox-wgpu",      kind: Kind::Library,  imports: &["lumivox-core", "lumivox-shaders", "lumivox-renderer"] },
     // A live view for hosts with a user interface: it knows none, but wgpu.
     Rule { name: "lumivox-viewport",  kind: Kind::Library,  imports: &["lumivox-core", "lumivox-shaders", "lumivox-renderer", "lumivox-wgpu"] },
+    // What pages have of their browser.
+    Rule { name: "lumivox-browser",   kind: Kind::Library,  imports: &["lumivox-core", "lumivox-import", "lumivox-renderer", "lumivox-viewport", "lumivox-wgpu"] },
     // What asks archives; it knows no scans.
     Rule { name: "lumivox-dicomweb",  kind: Kind::Library,  imports: &["lumivox-core"] },
     Rule { name: "lumivox-testing",   kind: Kind::TestOnly, imports: LIBRARIES },
     Rule { name: "lumivox",           kind: Kind::App,      imports: LIBRARIES },
     Rule { name: "lumivox-window",    kind: Kind::App,      imports: LIBRARIES },
-    Rule { name: "lumivox-studio",    kind: Kind::App,      imports: &["lumivox-core", "lumivox-dicomweb", "lumivox-import", "lumivox-phantom", "lumivox-scene", "lumivox-renderer", "lumivox-viewport", "lumivox-wgpu"] },
+    Rule { name: "lumivox-js",        kind: Kind::App,      imports: &["lumivox-browser", "lumivox-core", "lumivox-import", "lumivox-phantom", "lumivox-scene", "lumivox-viewport", "lumivox-wgpu"] },
+    Rule { name: "lumivox-studio",    kind: Kind::App,      imports: &["lumivox-browser", "lumivox-core", "lumivox-dicomweb", "lumivox-import", "lumivox-phantom", "lumivox-scene", "lumivox-renderer", "lumivox-viewport", "lumivox-wgpu"] },
     // Its tests depend on it, so that it is built with them; nobody else does.
     Rule { name: "lumivox-godot",     kind: Kind::Library,  imports: &["lumivox-core", "lumivox-import", "lumivox-phantom", "lumivox-scene", "lumivox-segmentation", "lumivox-shaders", "lumivox-renderer"] },
     // The program of the import crate is built with them, too.

@@ -28,8 +28,10 @@ Commands:
   package all OUT           Make all that people install in the folder OUT, for Linux, and for Windows what script/windows
                             made before: the command, the Studio, packages for Debian, Godot, Unity and Python, crates,
                             checksums
-  package command OUT, package studio OUT, package godot OUT, package python OUT, package crates OUT, package web OUT
-                            Make a part of it; web is the Studio's page
+  package command OUT, package studio OUT, package godot OUT, package python OUT, package crates OUT
+                            Make a part of it
+  package web OUT, package npm OUT
+                            Make what is for browsers: the Studio's page, the npm package
   package unity OUT         Make the Unity package alone, of this system's library, on any system
     --from DIR              With this system's programs and libraries from a folder as they are
     --windows DIR           With those for Windows from another folder than target/windows/dist; the Unity package
@@ -47,10 +49,12 @@ Commands:
   unity-kernels --all DIR   Write every kernel of every view there, for tests
   unity-metas               Give each file of the Unity package its identifier
   unity-metas --check       Fail where one is missing, left over or there twice
-  web serve FOLDER [PORT]   Serve the Studio's page, which script/studio --web makes, to this machine
+  web serve FOLDER [PORT]   Serve a page, which script/studio --web makes, to this machine
   web test FOLDER BROWSER SCAN PICTURES
                             Try that page in a Chromium that nobody sees: first start, a phantom, SCAN dropped, no network;
                             its screenshots go to the folder PICTURES
+  web test-npm FOLDER BROWSER SCAN PICTURES
+                            Try the npm package, which script/js makes, in the same way
   windows HERE THERE        Fail where the command THERE, for Windows, run by the program LUMIVOX_WINE, does not do what
                             the command HERE does: exit codes, words and files
   windows --first HERE THERE
@@ -88,6 +92,9 @@ fn main() -> ExitCode {
         }
         ["web", "test", folder, browser, scan, pictures] => {
             web::test(Path::new(folder), Path::new(browser), Path::new(scan), Path::new(pictures))
+        }
+        ["web", "test-npm", folder, browser, scan, pictures] => {
+            web::test_npm(Path::new(folder), Path::new(browser), Path::new(scan), Path::new(pictures))
         }
         ["windows", here, there] => windows::compare(Path::new(here), Path::new(there), true),
         ["windows", "--first", here, there] => windows::compare(Path::new(here), Path::new(there), false),

@@ -153,7 +153,7 @@ async function run() {
     const canvas = document.getElementById('canvas');
     const module = await compiled();
     await start({ module_or_path: module });
-    const hooks = { choose, save, work: worker(module), turn: () => new Promise((done) => setTimeout(done, 0)) };
+    const hooks = { choose, save, work: worker(module) };
     const page = await Page.open(canvas, hooks, found.software);
     takeDrops(canvas, page);
     tellBreaks(page);

@@ -105,3 +105,19 @@ impl<'a> Progress<'a> {
         }
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Hosts make a table of them.
+    #[test]
+    fn all_stages_are_all() {
+        // Whatever reads one says which there are.
+        let why = serde_json::from_str::<WorkStage>("\"none\"").unwrap_err().to_string();
+        let (_, names) = why.split_once("expected one of ").expect("a list of names");
+        let known = names.split('`').skip(1).step_by(2);
+        let listed = WorkStage::ALL.map(|stage| format!("{stage:?}"));
+        assert_eq!(known.collect::<Vec<_>>(), listed);
+    }
+}

@@ -202,7 +202,7 @@ fn window_example(program: &Path, command: &Path, output: &mut String) -> Result
 }
 
 /// Whether what browsers and Windows would compile does, by one compiler that is fetched, into a folder of its own. Where all is tested,
-/// the Studio's page is made and tried in a browser, too, and `script/test` has made what is for Windows.
+/// the Studio's page and the npm package are made and tried in a browser, too, and `script/test` has made what is for Windows.
 fn other_systems(scope: Scope, programs: &Programs) -> Job {
     let is_linux = cfg!(target_os = "linux");
     let is_usual_linux = is_linux && cfg!(target_arch = "x86_64");
@@ -212,11 +212,14 @@ fn other_systems(scope: Scope, programs: &Programs) -> Job {
         command.env("LUMIVOX_XTASK", &programs.xtask).env("LUMIVOX_COMMAND", programs.built.join("lumivox"));
         command
     };
-    let last = match scope {
-        Scope::Usual => ["script/windows", "--check"].as_slice(),
-        Scope::All => &["script/studio", "--web", "--test"],
-    };
-    let scripts = [(is_linux, script(&["script/wasm"])), (is_usual_linux, script(last))];
+    let mut scripts = vec![(is_linux, script(&["script/wasm"]))];
+    match scope {
+        Scope::Usual => scripts.push((is_usual_linux, script(&["script/windows", "--check"]))),
+        Scope::All => {
+            scripts.push((is_usual_linux, script(&["script/studio", "--web", "--test"])));
+            scripts.push((is_usual_linux, script(&["script/js", "--test"])));
+        }
+    }
     Job::new("other systems", move |output| {
         for (is_run, mut command) in scripts {
             match is_run {

@@ -23,10 +23,11 @@ pub enum Part {
     Python,
     Crates,
     Web,
+    Npm,
 }
 
 impl Part {
-    /// Those of a release. The page is made by itself: its tools are of one version, which Debian's testing has today.
+    /// Those of a release. What is for browsers is made by itself: its tools are of one version, which Debian's testing has today.
     pub const ALL: [Self; 6] =
         [Self::Command, Self::Studio, Self::Godot, Self::Unity, Self::Python, Self::Crates];
 
@@ -40,6 +41,7 @@ impl Part {
             "python" => vec![Self::Python],
             "crates" => vec![Self::Crates],
             "web" => vec![Self::Web],
+            "npm" => vec![Self::Npm],
             _ => return None,
         })
     }
@@ -51,7 +53,7 @@ impl Part {
             Self::Studio => &["lumivox-studio"],
             Self::Godot => &["liblumivox_godot.so", "lumivox-codecs"],
             Self::Unity => &["liblumivox_unity.so", "lumivox-codecs"],
-            Self::Python | Self::Crates | Self::Web => &[],
+            Self::Python | Self::Crates | Self::Web | Self::Npm => &[],
         }
     }
 
@@ -62,7 +64,7 @@ impl Part {
             Self::Studio => &["lumivox-studio.exe"],
             Self::Godot => &["lumivox_godot.dll", "lumivox-codecs.exe"],
             Self::Unity => &unity::WINDOWS_FILES,
-            Self::Python | Self::Crates | Self::Web => &[],
+            Self::Python | Self::Crates | Self::Web | Self::Npm => &[],
         }
     }
 }
@@ -166,6 +168,9 @@ impl Maker {
         }
         if wants(Part::Web) {
             names.extend(self.web(options.from)?);
+        }
+        if wants(Part::Npm) {
+            names.extend(self.npm(options.from)?);
         }
         let (section, notes) = command::notes(&self.root)?;
         if section != VERSION {
@@ -363,6 +368,32 @@ impl Maker {
             (
                 format!("lumivox-studio-web-{VERSION}.cdx.json"),
                 self.bill("lumivox-studio", &roots, &works)?.into_bytes(),
+            ),
+        ];
+        for (name, bytes) in &made {
+            write(&self.out.join(name), bytes)?;
+        }
+        Ok(made.map(|(name, _)| name).into())
+    }
+
+    /// What npm installs: a tar with one folder, as `npm pack` makes it.
+    fn npm(&self, from: Option<&Path>) -> Result<Vec<String>, String> {
+        let package = self.staging.join("npm");
+        if let Some(folder) = from {
+            println!("LEFT OUT: the npm package, for what is taken from {} has none", folder.display());
+            return Ok(vec![]);
+        }
+        run(Command::new("script/js").arg("--out").arg(&package).current_dir(&self.root))?;
+        let roots = ["lumivox-js"];
+        let works = Graph::new(&self.root, BROWSERS, &roots)?.linked(&roots)?;
+        let mut files = Files::default();
+        files.add_folder("", &package, &|_| true)?;
+        files.add("NOTICE.txt", archive::File::text(works::notice(&works)));
+        let made = [
+            (format!("lumivox-{VERSION}-npm.tgz"), archive::gz(&files.tar("package", self.how.date)?)?),
+            (
+                format!("lumivox-{VERSION}-npm.cdx.json"),
+                self.bill("lumivox-js", &roots, &works)?.into_bytes(),
             ),
         ];
         for (name, bytes) in &made {

@@ -1,6 +1,7 @@
-//! The Studio as a page: served on this machine, and tried in a browser.
+//! What is for browsers, the Studio's page and the npm package: served on this machine, and tried in a browser.
 
 mod browser;
+mod npm;
 mod serve;
 mod trial;
 
@@ -11,6 +12,11 @@ pub use serve::serve;
 /// Opens a page's folder in a browser that nobody sees, and does what a person would; pictures of it go to a folder.
 pub fn test(folder: &Path, browser: &Path, scan: &Path, pictures: &Path) -> Result<(), String> {
     trial::run(folder, browser, scan, pictures)
+}
+
+/// The same with the npm package, as a program would use it.
+pub fn test_npm(folder: &Path, browser: &Path, scan: &Path, pictures: &Path) -> Result<(), String> {
+    npm::run(folder, browser, scan, pictures)
 }
 
 #[cfg(all(test, unix))]

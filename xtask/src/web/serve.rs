@@ -12,7 +12,7 @@ use std::thread;
 pub fn serve(folder: &Path, port: u16) -> Result<(), String> {
     let served = Served::of(folder)?;
     let (listener, address) = listen(port)?;
-    println!("Lumivox Studio: {address}\nCtrl+C ends it.");
+    println!("It is at {address}\nCtrl+C ends it.");
     answer_all(&listener, &Arc::new(served));
     Ok(())
 }

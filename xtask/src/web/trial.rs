@@ -33,7 +33,7 @@ const NOTHING: Part = [250, 90, 330, 160];
 const SLICE: Part = [740, 80, 940, 260];
 
 pub fn run(folder: &Path, program: &Path, scan: &Path, pictures: &Path) -> Result<(), String> {
-    names_no_folder(folder)?;
+    names_no_folder(&folder.join("lumivox_studio_bg.wasm"))?;
     fs::create_dir_all(pictures).map_err(|error| format!("{}: {error}", pictures.display()))?;
     let archive = std::path::absolute(pictures.join("scan.zip"));
     let archive = archive.map_err(|error| error.to_string())?;
@@ -58,10 +58,9 @@ pub fn run(folder: &Path, program: &Path, scan: &Path, pictures: &Path) -> Resul
     trial.without_webgpu()
 }
 
-/// A page tells nobody where it was made.
-fn names_no_folder(folder: &Path) -> Result<(), String> {
-    let file = folder.join("lumivox_studio_bg.wasm");
-    let program = fs::read(&file).map_err(|error| format!("{}: {error}", file.display()))?;
+/// A program tells nobody where it was made.
+pub fn names_no_folder(file: &Path) -> Result<(), String> {
+    let program = fs::read(file).map_err(|error| format!("{}: {error}", file.display()))?;
     let home = std::env::var_os("HOME").map(PathBuf::from);
     let cargo = std::env::var_os("CARGO_HOME").map(PathBuf::from).or(home.map(|home| home.join(".cargo")));
     for own in [Some(crate::root()?), cargo].into_iter().flatten() {

@@ -4,15 +4,15 @@ use std::path::Path;
 use std::sync::{Arc, OnceLock};
 
 use eframe::wgpu;
+use lumivox_browser::pause;
 use lumivox_core::PerspectiveCamera;
 use lumivox_core::Scene;
 use lumivox_core::color::{linear_from_srgb, srgb_from_linear};
 use lumivox_core::document::{Backdrop, Display, SceneDocument};
 use lumivox_viewport::{Pace, Picture, Viewport};
 use lumivox_wgpu::Gpu;
-use wasm_bindgen_futures::JsFuture;
 
-use super::{turn, with_page};
+use super::with_page;
 use crate::darkroom::{self, DEFAULT_SAMPLES, Exported};
 use crate::jobs::{Busy, Desk};
 
@@ -56,7 +56,7 @@ pub(crate) async fn expose(
             break;
         }
         desk.report(Busy { stage: None, done: (progress.part * 1000.0) as u64, total: 1000 });
-        wait().await;
+        pause().await;
     }
     let mut rgba = pixels(&device, &queue, viewport.texture()).await?;
     if document.display.background == Backdrop::Transparent {
@@ -80,13 +80,6 @@ fn of_page(size: [u32; 2]) -> Result<Viewport, String> {
     // All of its pixels, whoever traces them.
     *viewport.pace_mut() = Pace::of(false);
     Ok(viewport)
-}
-
-/// Until the next frame.
-pub(crate) async fn wait() {
-    if let Some(turn) = turn() {
-        let _ = JsFuture::from(turn).await;
-    }
 }
 
 /// What a picture is without what is behind it, of the same picture on black and on white.
@@ -135,7 +128,7 @@ async fn pixels(
         if let Some(is_mapped) = mapped.get() {
             break *is_mapped;
         }
-        wait().await;
+        pause().await;
     };
     if !is_mapped {
         return Err("the GPU does not give the picture back".to_owned());

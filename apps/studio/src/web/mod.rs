@@ -1,20 +1,16 @@
 //! The Studio as a page: a canvas, the browser's dialogs and downloads, and a Worker for what takes longer than a frame. What of
 //! the browser is easier said in its own language is in `web/studio.js`, which the page hands over as [`Hooks`].
 
-mod dropped;
 mod exposure;
 mod worker;
 
 use std::cell::RefCell;
 use std::path::PathBuf;
 use std::rc::Rc;
-use std::time::Duration;
 
-use js_sys::{Array, Function, Promise, Reflect, Uint8Array};
-use lumivox_core::host::{Host, Work, set_host};
+use js_sys::{Array, Function, Promise, Uint8Array};
+use lumivox_browser::{begin, best_texels, pace};
 use lumivox_renderer::FineTexels;
-use lumivox_viewport::Pace;
-use lumivox_wgpu::FilterTest;
 use wasm_bindgen::prelude::*;
 use wasm_bindgen_futures::JsFuture;
 
@@ -26,7 +22,7 @@ use crate::settings::{Drawer, Settings};
 use crate::state::{Action, Ask};
 use crate::words::{Language, Word};
 
-pub(crate) use exposure::{expose, wait};
+pub(crate) use exposure::expose;
 pub(crate) use worker::{Arrived, leaving};
 
 #[wasm_bindgen]
@@ -46,10 +42,6 @@ extern "C" {
     /// Has a Worker do an errand; `told` hears of it, and is called with `null` when the Worker breaks. Ends it when called.
     #[wasm_bindgen(method)]
     fn work(this: &Hooks, letter: &str, bytes: &Array, told: &Function) -> Function;
-
-    /// Settles when the browser has drawn what there is.
-    #[wasm_bindgen(method)]
-    fn turn(this: &Hooks) -> Promise;
 
     #[wasm_bindgen(js_namespace = console)]
     fn error(text: &str);
@@ -92,52 +84,6 @@ pub(crate) fn with_arrivals<T>(work: impl FnOnce(&Arrivals) -> T) -> T {
 /// Works with what belongs to the page.
 pub(crate) fn with_page<T>(work: impl FnOnce(&Surroundings) -> T) -> Option<T> {
     SURROUNDINGS.with(|page| page.borrow().as_ref().map(work))
-}
-
-/// Settles when the browser has drawn what there is.
-fn turn() -> Option<Promise> {
-    with_page(|page| page.hooks.turn())
-}
-
-/// The browser's clock, and no thread.
-struct Browser;
-
-impl Host for Browser {
-    fn now(&self) -> Duration {
-        thread_local! {
-            // A window's or a Worker's.
-            static NOW: Option<(JsValue, Function)> = {
-                let clock = Reflect::get(&js_sys::global(), &"performance".into()).ok();
-                clock.and_then(|clock| Some((clock.clone(), Reflect::get(&clock, &"now".into()).ok()?.dyn_into().ok()?)))
-            };
-        }
-        let milliseconds =
-            NOW.with(|now| now.as_ref().and_then(|(clock, now)| now.call0(clock).ok()?.as_f64()));
-        Duration::from_secs_f64(milliseconds.unwrap_or(0.0).max(0.0) / 1000.0)
-    }
-
-    fn spare_threads(&self) -> usize {
-        0
-    }
-
-    fn spawn(&self, _: &str, work: Work) -> Result<(), Work> {
-        Err(work)
-    }
-
-    fn sleep(&self, _: Duration) {}
-}
-
-/// Before anything else, in a page and in its Worker.
-pub(crate) fn begin() {
-    // A second page on the same memory there is not.
-    let _ = set_host(Box::new(Browser));
-}
-
-/// A browser that has a processor do a GPU's work does it slowly, and each of its frames costs much whatever is traced in it: there are
-/// fewer and longer ones, of a coarser film.
-fn pace(software: bool) -> Pace {
-    let usual = Pace::of(software);
-    if software { Pace { resting: 1000.0, most_pixels: 1 << 14, ..usual } } else { usual }
 }
 
 /// The program in a page.
@@ -334,14 +280,7 @@ impl Page {
     /// Finds out how the device stores voxels best.
     async fn ask_device(&self) {
         let Some((device, queue)) = with_page(|page| page.device.clone()).flatten() else { return };
-        let mut test = FilterTest::begin(&device, &queue);
-        let found = loop {
-            match test.poll() {
-                Some(found) => break found,
-                None => wait().await,
-            }
-        };
-        let Ok(fine_texels) = found else { return };
+        let Ok(fine_texels) = best_texels(&device, &queue).await else { return };
         if let Some(mut app) = self.0.app_mut::<App>()
             && let Some(live) = app.live_mut()
         {

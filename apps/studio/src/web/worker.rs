@@ -5,14 +5,14 @@ use std::sync::Arc;
 use std::time::Duration;
 
 use js_sys::{Array, Function, Uint8Array};
+use lumivox_browser::give_files;
 use lumivox_core::Volume;
 use lumivox_core::document::SceneDocument;
 use lumivox_core::host::Moment;
-use lumivox_import::{ImportReport, SeriesSummary, set_files};
+use lumivox_import::{ImportReport, SeriesSummary};
 use lumivox_phantom::{AnatomyOptions, anatomy};
 use wasm_bindgen::prelude::*;
 
-use super::dropped::{self, Dropped};
 use crate::jobs::{Desk, elsewhere};
 use crate::opening::{self, Opened, SharedStudy, Shown, Source, Told};
 use crate::parcel::{Bytes, Errand, OpenedWords, Packer, Unpacker, Word};
@@ -54,12 +54,10 @@ impl Post {
 /// Does an errand of the page's; `post` takes a letter and its bytes there.
 #[wasm_bindgen]
 pub fn work(letter: &str, bytes: &Array, files: &Array, post: Function) {
-    super::begin();
+    lumivox_browser::begin();
     // The page says that the work stopped; why is for programmers.
     std::panic::set_hook(Box::new(|panic| super::complain(&panic.to_string())));
-    // A Worker that does a second errand has them already.
-    let _ = set_files(Box::new(Dropped));
-    dropped::take(files);
+    give_files(files);
     let post = Post(post);
     if let Err(why) = answer(letter, bytes, &post) {
         post.say(&Packer::default(), Word::Failed(why));

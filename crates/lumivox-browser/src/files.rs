@@ -1,4 +1,4 @@
-//! Files that were given to the page, as its Worker reads them: from where they lie, piece by piece, never all at once.
+//! Files that were given to a page, as its Worker reads them: from where they lie, piece by piece, never all at once.
 
 use std::cell::RefCell;
 use std::ffi::OsString;
@@ -7,7 +7,7 @@ use std::path::{Path, PathBuf};
 
 use js_sys::{Array, Uint8Array};
 use lumivox_import::files::ByPath;
-use lumivox_import::{Content, FileKind, Files};
+use lumivox_import::{Content, FileKind, Files, set_files};
 use wasm_bindgen::JsCast;
 use web_sys::{File, FileReaderSync};
 
@@ -15,8 +15,11 @@ thread_local! {
     static FILES: RefCell<ByPath<File>> = const { RefCell::new(ByPath::new()) };
 }
 
-/// Takes pairs of a path and a file.
-pub(super) fn take(pairs: &Array) {
+/// Gives the importer files, as pairs of a path and a browser's `File`, in a Worker: they are read as they are asked for, by a reader
+/// that pages have not. Those that were given before stay.
+pub fn give_files(pairs: &Array) {
+    // A Worker that is given more has it already.
+    let _ = set_files(Box::new(Given));
     FILES.with(|files| {
         let mut files = files.borrow_mut();
         for pair in pairs.iter() {
@@ -32,10 +35,10 @@ fn length(file: &File) -> u64 {
     file.size() as u64
 }
 
-/// What was given to the page.
-pub(super) struct Dropped;
+/// What was given.
+struct Given;
 
-impl Files for Dropped {
+impl Files for Given {
     fn kind(&self, path: &Path) -> io::Result<FileKind> {
         FILES.with(|files| files.borrow().kind(path, length))
     }
