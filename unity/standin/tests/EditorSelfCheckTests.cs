@@ -303,7 +303,7 @@ namespace Lumivox.Tests
         [TestCase("graph", "occlusion lights", Category = "Slow")]
         [TestCase("HDRP", "occlusion lights", Category = "Slow")]
         [TestCase("graph", "occlusion")]
-        [TestCase("HDRP", "lights")]
+        [TestCase("HDRP", "occlusion")]
         public void AllPipelinesShowTheSameAndTheSceneThatIsOpenStaysAsItIs(string kind, string scenes)
         {
             using (new Pipeline(kind))

@@ -426,10 +426,10 @@ namespace Lumivox.Tests
             return programs.Where(program => program != null && program.Name.StartsWith("path_trace")).Select(program => program.Name).ToArray();
         }
 
-        [TestCase("labels")]
+        [TestCase("labels", Category = "Slow")]
         [TestCase("a shape")]
         [TestCase("gradients")]
-        [TestCase("peeling")]
+        [TestCase("peeling", Category = "Slow")]
         public void KernelsForPartsAreLoadedWhereSomethingHasAny(string what)
         {
             Settle();

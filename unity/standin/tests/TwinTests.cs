@@ -101,7 +101,7 @@ namespace Lumivox.Tests
         }
 
         [Test]
-        public void FilmsAreTheWgpuHostsToTheLastBit() => Compare(5);
+        public void FilmsAreTheWgpuHostsToTheLastBit() => Compare(8);
 
         [Test, Category("Slow")]
         public void EveryFilmIsTheWgpuHostsToTheLastBit() => Compare(1);

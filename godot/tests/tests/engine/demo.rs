@@ -8,14 +8,20 @@ use crate::export::PROBE_LEAK;
 use crate::shown::{run_scene, told};
 
 #[test]
-fn scenes_take_pictures_of_themselves() {
-    take_pictures(&["main", "scenes/clipping"]);
+fn a_scene_takes_a_picture_of_itself() {
+    take_pictures(&["scenes/clipping"]);
 }
 
 #[test]
 #[ignore = "slow: script/test --all"]
 fn the_other_scenes_take_pictures_of_themselves() {
-    take_pictures(&["scenes/occlusion", "scenes/many_volumes", "scenes/transfer_function", "scenes/vr"]);
+    take_pictures(&[
+        "main",
+        "scenes/occlusion",
+        "scenes/many_volumes",
+        "scenes/transfer_function",
+        "scenes/vr",
+    ]);
 }
 
 fn take_pictures(scenes: &[&str]) {

@@ -163,6 +163,7 @@ fn the_packed_addon_plays_in_an_empty_project_and_is_exported_from_it() {
 }
 
 #[test]
+#[ignore = "slow: script/test --all"]
 fn the_packed_demo_opens_as_it_is() {
     let engine = engine();
     let out = packed(&engine);

@@ -45,6 +45,7 @@ fn cases() -> Vec<Case> {
 }
 
 #[test]
+#[ignore = "slow: script/test --all"]
 fn a_hundred_volumes_overlap_in_one_picture() {
     static SHOWN: Shown = Shown::new("many", cases);
     assert_eq!(SHOWN.case("many_volumes").volumes.len(), COUNT);
