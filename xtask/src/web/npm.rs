@@ -36,21 +36,15 @@ pub fn run(package: &Path, program: &Path, scan: &Path, pictures: &Path) -> Resu
     browser.wait("parseInt(document.getElementById('told')?.textContent) >= 1", PATIENCE)?;
     keep(&mut browser, pictures, "1-example")?;
     println!("npm: the example shows {}", browser.evaluate("document.getElementById('told').textContent")?);
-    // Another page of the same, in which nothing was loaded yet.
-    browser.ask("Page.navigate", json!({ "url": format!("{address}README.md") }))?;
-    browser.wait("location.pathname === '/README.md'", PATIENCE)?;
+    // Another page, in which nothing was loaded yet.
+    browser.ask("Page.navigate", json!({ "url": format!("{address}trial.html") }))?;
+    browser
+        .wait("location.pathname === '/trial.html' && document.getElementById('view') !== null", PATIENCE)?;
     for (name, given) in
         [("wrongs", vec![]), ("arrays", vec![]), ("scenes", vec![]), ("files", names), ("controls", vec![])]
     {
-        if name == "controls" {
-            browser.ask("Page.navigate", json!({ "url": format!("{address}?controls") }))?;
-            browser.wait(
-                "location.search === '?controls' && document.getElementById('view') !== null",
-                PATIENCE,
-            )?;
-        }
-        let call =
-            format!("import('/trial.js').then((trial) => trial.{name}({})).then(String)", json!(given));
+        let given = if given.is_empty() { String::new() } else { json!(given).to_string() };
+        let call = format!("import('/trial.js').then((trial) => trial.{name}({given})).then(String)");
         println!("npm: {}", browser.evaluate(&call)?.as_str().unwrap_or_default());
     }
     for (kind, x, y, buttons) in [
