@@ -40,10 +40,10 @@ function difference(one, other) {
     return sum / one.data.length;
 }
 
-const SIDE = 96;
+const SIDE = 64;
 
 async function small(options = {}) {
-    return View.create(new OffscreenCanvas(SIDE, SIDE), { samples: 8, ...options });
+    return View.create(new OffscreenCanvas(SIDE, SIDE), { samples: 4, ...options });
 }
 
 /** A ball of 1000 HU in air, of 32 voxels a side of 2 mm. */
@@ -93,7 +93,7 @@ export async function arrays() {
         view.show(scan, BONE);
         scan.free();
         const { samples, isShown } = await view.rest();
-        check(samples === 8 && isShown, `the picture is done after ${samples} samples`);
+        check(samples === 4 && isShown, `the picture is done after ${samples} samples`);
         return pixels(view);
     };
     const first = await shown(ball(Int16Array));

@@ -182,8 +182,13 @@ impl Browser {
 
     /// What an expression is, of the page.
     pub fn evaluate(&mut self, expression: &str) -> Result<Value, String> {
+        self.evaluate_within(expression, LONGEST)
+    }
+
+    /// The same of what takes long.
+    pub fn evaluate_within(&mut self, expression: &str, within: Duration) -> Result<Value, String> {
         let session = self.session.clone();
-        self.evaluate_in(session.as_deref(), expression, LONGEST)
+        self.evaluate_in(session.as_deref(), expression, within)
     }
 
     /// What it is in another session.

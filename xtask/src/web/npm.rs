@@ -4,7 +4,7 @@ use std::fs;
 use std::path::Path;
 use std::sync::Arc;
 use std::thread;
-use std::time::Duration;
+use std::time::{Duration, Instant};
 
 use serde_json::json;
 
@@ -14,6 +14,8 @@ use super::trial::names_no_folder;
 
 /// A processor that does a GPU's work, of which others want some, too.
 const PATIENCE: Duration = Duration::from_secs(100);
+/// It compiles kernels first, and then draws some pictures.
+const LONGEST: Duration = Duration::from_secs(400);
 
 /// Puts the package into a page's folder with its example and its trial, and has a browser call that; pictures go to `pictures`.
 pub fn run(package: &Path, program: &Path, scan: &Path, pictures: &Path) -> Result<(), String> {
@@ -45,7 +47,9 @@ pub fn run(package: &Path, program: &Path, scan: &Path, pictures: &Path) -> Resu
     {
         let given = if given.is_empty() { String::new() } else { json!(given).to_string() };
         let call = format!("import('/trial.js').then((trial) => trial.{name}({given})).then(String)");
-        println!("npm: {}", browser.evaluate(&call)?.as_str().unwrap_or_default());
+        let begin = Instant::now();
+        let told = browser.evaluate_within(&call, LONGEST)?;
+        println!("npm: {} ({:.0} s)", told.as_str().unwrap_or_default(), begin.elapsed().as_secs_f64());
     }
     for (kind, x, y, buttons) in [
         ("mousePressed", 500, 300, 1),
