@@ -71,12 +71,16 @@ struct Traced {
     seed: u32,
 }
 
+/// Frames that the GPU may have before it at most. Where a host's own frames do not wait for it, as in browsers, more and more would: what
+/// is seen would lag behind, and the picture never rest.
+const MOST_UNDER_WAY: u64 = 3;
+
 /// A view of a scene in a texture.
 pub struct Viewport {
     gpu: Gpu,
     stage: Stage<u8, u8>,
-    /// What the GPU may still be at, with the ticket of each.
-    under_way: VecDeque<(u64, Submission)>,
+    /// What the GPU may still be at, with the ticket of each, and its frame.
+    under_way: VecDeque<(u64, Submission, u64)>,
     frames: u64,
     pace: Pace,
     color: wgpu::Texture,
@@ -183,14 +187,34 @@ impl Viewport {
             _ => Moment::now(),
         };
         self.traced = Some((wanted, changed));
-        let outcome = self.trace(picture, self.pace.milliseconds(changed.elapsed()));
+        let outcome = self.advance(picture, self.pace.milliseconds(changed.elapsed()));
         if outcome.is_err() {
             // What could not be shown is asked for again only by a change.
             self.progress = Progress { rests: true, ..Progress::default() };
         }
-        outcome?;
+        outcome.map(|()| self.progress)
+    }
+
+    /// Traces and draws, unless the GPU has enough to do.
+    fn advance(&mut self, picture: &Picture<'_>, budget: f64) -> Result<(), ViewportError> {
+        if self.is_behind()? {
+            self.progress.rests = false;
+            return Ok(());
+        }
+        self.trace(picture, budget)?;
         self.display(picture);
-        Ok(self.progress)
+        Ok(())
+    }
+
+    /// Whether the GPU has enough to do.
+    fn is_behind(&mut self) -> Result<bool, ViewportError> {
+        let is_behind =
+            |it: &Self| it.under_way.front().is_some_and(|(_, _, frame)| it.frames - frame >= MOST_UNDER_WAY);
+        if !is_behind(self) {
+            return Ok(false);
+        }
+        self.take_what_came_back()?;
+        Ok(is_behind(self))
     }
 
     /// Frees what is on the device of scenes that were shown: for a host that closes a scan.
@@ -273,7 +297,7 @@ impl Viewport {
         let outcome = match self.gpu.executor.submit(&recorded.recording) {
             Ok(mut submission) => {
                 let told = submission.poll_check();
-                self.under_way.push_back((ticket, submission));
+                self.under_way.push_back((ticket, submission, self.frames));
                 told.unwrap_or(Ok(()))
             }
             Err(error) => Err(error),
@@ -293,7 +317,7 @@ impl Viewport {
     /// Bytes, faults and times of frames before, in their order and as far as they are there: nothing is waited for.
     fn take_what_came_back(&mut self) -> Result<(), ViewportError> {
         self.gpu.check()?;
-        while let Some((ticket, submission)) = self.under_way.front_mut() {
+        while let Some((ticket, submission, _)) = self.under_way.front_mut() {
             if let Some(told) = submission.poll_check() {
                 told?;
             }
