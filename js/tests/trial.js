@@ -145,7 +145,7 @@ export async function scenes() {
     const halves = new Uint8Array(32 ** 3).map((_, place) => place % 32 < 16 ? 1 : 2);
     scan.setLabels(halves, [{ value: 1, name: 'right' }, { value: 2, name: 'left', color: [1, 0, 0] }]);
     const scene = view.scene;
-    scene.volumes[0].labels = { files: [], styles: [{ label: 'left', hidden: true }] };
+    scene.volumes[0].labels = { files: [], styles: [{ label: 'left', visible: false }] };
     other.show(scan, scene);
     await other.rest();
     const half = difference(turned, await pixels(other));
@@ -194,8 +194,10 @@ export async function controls() {
     view.destroy();
     window.moved = 0;
     const replaced = canvas.cloneNode();
+    // A processor draws it.
+    replaced.style.cssText = 'flex: none; width: 240px; height: 160px';
     canvas.replaceWith(replaced);
-    window.view = await View.create(replaced, { samples: 4 });
+    window.view = await View.create(replaced, { samples: 2 });
     window.view.addEventListener('camera', () => { window.moved += 1; });
     window.view.show(await Scan.phantom(32));
     await window.view.rest();

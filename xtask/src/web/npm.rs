@@ -52,10 +52,10 @@ pub fn run(package: &Path, program: &Path, scan: &Path, pictures: &Path) -> Resu
         println!("npm: {} ({:.0} s)", told.as_str().unwrap_or_default(), begin.elapsed().as_secs_f64());
     }
     for (kind, x, y, buttons) in [
-        ("mousePressed", 500, 300, 1),
-        ("mouseMoved", 560, 320, 1),
-        ("mouseReleased", 560, 320, 0),
-        ("mouseWheel", 560, 320, 0),
+        ("mousePressed", 100, 80, 1),
+        ("mouseMoved", 160, 100, 1),
+        ("mouseReleased", 160, 100, 0),
+        ("mouseWheel", 160, 100, 0),
     ] {
         let mut event = json!({ "type": kind, "x": x, "y": y, "buttons": buttons, "clickCount": 1 });
         event["button"] =
@@ -66,7 +66,7 @@ pub fn run(package: &Path, program: &Path, scan: &Path, pictures: &Path) -> Resu
         browser.ask("Input.dispatchMouseEvent", event)?;
     }
     browser.wait("window.moved >= 2", PATIENCE)?;
-    browser.evaluate("window.view.rest().then(() => true)")?;
+    browser.evaluate_within("window.view.rest().then(() => true)", LONGEST)?;
     keep(&mut browser, pictures, "2-turned")?;
     println!("npm: the mouse turns it");
     is_quiet(&browser, &address)
