@@ -116,7 +116,7 @@ export async function readScan(files, { series, phase, keep = 'patient', preset,
 export class View extends EventTarget {
     #canvas;
     #element;
-    #frame = 0;
+    #callOff;
     #follower;
     #controls = new AbortController();
     #isOver = false;
@@ -238,7 +238,7 @@ export class View extends EventTarget {
     destroy() {
         if (this.#isOver) return;
         this.#isOver = true;
-        stopFrame(this.#frame);
+        this.#callOff?.();
         this.#follower?.disconnect();
         this.#controls.abort();
         this.#canvas.free();
@@ -251,9 +251,9 @@ export class View extends EventTarget {
 
     /** Asks for a frame, unless one is on its way. */
     #wake() {
-        if (this.#frame !== 0 || this.#isOver) return;
-        this.#frame = nextFrame(() => {
-            this.#frame = 0;
+        if (this.#callOff || this.#isOver) return;
+        this.#callOff = soon(() => {
+            this.#callOff = undefined;
             const told = this.#draw();
             if (told && !told.rests) this.#wake();
         });
@@ -372,6 +372,19 @@ function written(scene) {
     return typeof scene === 'string' ? scene : JSON.stringify({ lumivox_scene: 1, ...scene });
 }
 
-// Workers draw, too: some have no frames of their own.
-const nextFrame = globalThis.requestAnimationFrame?.bind(globalThis) ?? ((call) => setTimeout(call, 16));
-const stopFrame = globalThis.cancelAnimationFrame?.bind(globalThis) ?? clearTimeout;
+/** Calls at the browser's next frame, or soon where it has none: in some Workers, and in a page that nobody sees. Gives what calls it off. */
+function soon(call) {
+    let frame;
+    const off = () => {
+        clearTimeout(timer);
+        if (frame !== undefined) cancelAnimationFrame(frame);
+    };
+    const once = () => {
+        off();
+        call();
+    };
+    const hasFrames = typeof requestAnimationFrame === 'function';
+    const timer = setTimeout(once, hasFrames ? 500 : 16);
+    if (hasFrames) frame = requestAnimationFrame(once);
+    return off;
+}
