@@ -145,8 +145,8 @@ fn every_page_with_commands_is_run_and_every_block_says_what_it_is() {
         for block in blocks(&page) {
             let Block { line, language, .. } = block;
             assert!(
-                ["sh", "text", "console", "python"].contains(&language),
-                "docs/guide/src/{name}, line {line}: sh, text, console or python, not '{language}'"
+                ["sh", "text", "console", "python", "js"].contains(&language),
+                "docs/guide/src/{name}, line {line}: sh, text, console, python or js, not '{language}'"
             );
             if language == "sh" {
                 with_commands.insert(name.clone());
