@@ -104,7 +104,8 @@ export async function arrays() {
         floats: await shown(ball(Float32Array)),
         doubles: await shown(ball(Float64Array)),
         'long integers': await shown(ball(Int32Array)),
-        bytes: await shown(ball(Float32Array).map((value) => (value + 1000) / 20), { slope: 20, intercept: -1000 }),
+        bytes: await shown(Uint8Array.from(ball(Float32Array), (value) => (value + 1000) / 20), { slope: 20, intercept: -1000 }),
+        'signed bytes': await shown(Int8Array.from(ball(Float32Array), (value) => value / 20), { slope: 20 }),
     };
     for (const [kind, other] of Object.entries(others)) {
         const by = difference(first, other);
@@ -117,7 +118,7 @@ export async function arrays() {
     check(Math.abs(x - 31) < 2 && Math.abs(y - 9) < 3 && Math.abs(z - 31) < 2, `it is where it should be: ${picked.patient}`);
     check(view.pick(0.02, 0.02) === null, 'beside it nothing is picked');
     view.destroy();
-    return `a ball of five kinds of numbers: ${middle.toFixed(0)} in its middle, ${edge.toFixed(0)} beside it`;
+    return `a ball of seven kinds of numbers: ${middle.toFixed(0)} in its middle, ${edge.toFixed(0)} beside it`;
 }
 
 /** A scene that one view saves is the same in another; looks, labels and cameras change what is seen. */
