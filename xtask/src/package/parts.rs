@@ -390,7 +390,10 @@ impl Maker {
         files.add_folder("", &package, &|_| true)?;
         files.add("NOTICE.txt", archive::File::text(works::notice(&works)));
         let made = [
-            (format!("lumivox-{VERSION}-npm.tgz"), archive::gz(&files.tar("package", self.how.date)?)?),
+            (
+                format!("lumivox-{VERSION}-npm.tgz"),
+                archive::gz(&files.within("package").tar("", self.how.date)?)?,
+            ),
             (
                 format!("lumivox-{VERSION}-npm.cdx.json"),
                 self.bill("lumivox-js", &roots, &works)?.into_bytes(),
