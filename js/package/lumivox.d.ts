@@ -110,7 +110,7 @@ export interface ViewOptions {
 
 /** A view of scans on a canvas. */
 export class View extends EventTarget {
-    /** On a page's canvas, or on a Worker's `OffscreenCanvas`, which has no controls. Throws where there is no WebGPU. */
+    /** On a page's canvas, or on an `OffscreenCanvas`, which has no controls. Throws where there is no WebGPU. */
     static create(canvas: HTMLCanvasElement | OffscreenCanvas, options?: ViewOptions): Promise<View>;
     /** Shows scans as they are given. A scene's volumes are these, one after the other; without one, each looks as suits it. */
     show(scans: Scan | Scan[], scene?: Scene | string): void;
