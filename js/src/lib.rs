@@ -1,6 +1,6 @@
 //! Path-traced scans on a web page's canvas: the WebAssembly of the npm package `lumivox`, see `README.md` beside it.
 //!
-//! A [`Scan`] is voxels with their place, from a program's arrays or [read] from files by a Worker; a [`Canvas`] shows a scene document
+//! A `Scan` is voxels with their place, from a program's arrays or read from files by a Worker; a `Canvas` shows a scene document
 //! of such. What is easier said in the browser's own language (frames, the mouse, sizes, Workers) is in `package/lumivox.js`, which
 //! people call.
 #![cfg(target_family = "wasm")]

@@ -1,5 +1,5 @@
-//! What a program in a browser has of it, where others ask their system: the [clock](begin), [files](give_files) that somebody gave,
-//! and [a pause](pause) in which the browser draws. What the Studio's page and the npm package share; elsewhere there is nothing here.
+//! What a program in a browser has of it, where others ask their system: the clock, files that somebody gave, and a pause in which the
+//! browser draws. What the Studio's page and the npm package share; elsewhere there is nothing here.
 #![cfg(target_family = "wasm")]
 
 mod clock;
