@@ -74,20 +74,28 @@ fingerprint() {
     if command -v sha256sum >/dev/null 2>&1; then sha256sum; else shasum -a 256; fi | cut -c 1-16
 }
 
-# Compiles the package $1 for browsers, and binds it to JavaScript by the name $2 in the folder $3.
+# Cargo's word $1 for browsers, with more of its words. The compiler and WEB_TOOLS are there.
+wasm_cargo() {
+    local target
+    target=$(target_folder)
+    # In a folder of its own: what another compiler has made serves nobody else.
+    # What is built lies within the sources mostly.
+    CARGO_ENCODED_RUSTFLAGS=$(nameless "$PWD=/lumivox" "${CARGO_HOME:-$HOME/.cargo}/registry/src=/crates" "$target=/target") \
+        CARGO_TARGET_WASM32_UNKNOWN_UNKNOWN_LINKER=$WEB_TOOLS/wasm-ld CARGO_PROFILE_RELEASE_DEBUG=false \
+        "${CARGO:-cargo}" "$1" ${CI:+--locked} --release --quiet --target "$WASM_TARGET" --target-dir "$target/wasm" --lib "${@:2}" </dev/null
+}
+
+# Compiles the package $1 for browsers, and binds it to JavaScript by the name $2 in the folder $3. Where AS_COMPILED says so, it is left as large
+# and slow as it comes out of the compiler.
 bind_wasm() {
     local target
     target=$(target_folder)
     need_wasm_rust
     need_web_tools
-    # In a folder of its own: what another compiler has made serves nobody else.
-    # What is built lies within the sources mostly.
-    CARGO_ENCODED_RUSTFLAGS=$(nameless "$PWD=/lumivox" "${CARGO_HOME:-$HOME/.cargo}/registry/src=/crates" "$target=/target") \
-        CARGO_TARGET_WASM32_UNKNOWN_UNKNOWN_LINKER=$WEB_TOOLS/wasm-ld CARGO_PROFILE_RELEASE_DEBUG=false \
-        "${CARGO:-cargo}" rustc ${CI:+--locked} --release --quiet --target "$WASM_TARGET" --target-dir "$target/wasm" \
-        --package "$1" --lib --crate-type cdylib </dev/null || die "$1 does not compile for $WASM_TARGET, see above."
+    wasm_cargo rustc --package "$1" --crate-type cdylib || die "$1 does not compile for $WASM_TARGET, see above."
     "$WEB_TOOLS/wasm-bindgen" --target web --no-typescript --out-dir "$3" --out-name "$2" \
         "$target/wasm/$WASM_TARGET/release/${1//-/_}.wasm" || die "wasm-bindgen fails, see above."
+    [ -z "${AS_COMPILED:-}" ] || return 0
     # Unquoted on purpose: a list of words.
     # shellcheck disable=SC2086
     "$WEB_TOOLS/wasm-opt" -O2 $WASM_FEATURES "$3/$2_bg.wasm" -o "$3/$2_bg.wasm.small" || die "wasm-opt fails, see above."

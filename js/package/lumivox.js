@@ -7,8 +7,10 @@ let loading;
 let module;
 
 /** Loads the program once, from beside this file or from where it is told. */
-export function load(from = new URL('lumivox_wasm_bg.wasm', import.meta.url)) {
+export function load(from) {
     loading ??= (async () => {
+        // Where this file is a blob, nothing is beside it.
+        from ??= new URL('lumivox_wasm_bg.wasm', import.meta.url);
         module = from instanceof WebAssembly.Module ? from : await compiled(from);
         await start({ module_or_path: module });
     })().catch((error) => {

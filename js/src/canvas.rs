@@ -2,10 +2,9 @@
 
 use lumivox_browser::{best_texels, pace};
 use lumivox_core::document::{Entry, Scan as Written, SceneDocument, View};
-use lumivox_core::glam::DVec3;
 use lumivox_core::{PerspectiveCamera, Preset, Scene};
 use lumivox_scene::{Part, assemble};
-use lumivox_viewport::{Button, Gesture, Held, Picture, Profile, Viewport, orbit_of, pick};
+use lumivox_viewport::{Button, Gesture, Held, Picture, Profile, Viewport, center_of, orbit_of, pick};
 use wasm_bindgen::prelude::*;
 
 use crate::scan::Scan;
@@ -35,13 +34,6 @@ struct Shown {
     camera: PerspectiveCamera,
     /// Whether nobody said from where: all of it is to fit, whatever the canvas' shape.
     is_framed: bool,
-}
-
-impl Shown {
-    fn center(&self) -> DVec3 {
-        let of = |it: &lumivox_core::VolumeInstance| it.world_from_box().transform_point3(DVec3::splat(0.5));
-        self.scene.volumes.first().map(of).unwrap_or_default()
-    }
 }
 
 /// A view of scans on a canvas.
@@ -241,7 +233,7 @@ impl Canvas {
     /// Changes the camera by what it turns around.
     fn turn(&mut self, change: impl FnOnce(&mut lumivox_core::Orbit)) -> bool {
         let Some(shown) = &mut self.shown else { return false };
-        let mut orbit = orbit_of(&shown.camera, shown.center());
+        let mut orbit = orbit_of(&shown.camera, center_of(&shown.scene));
         change(&mut orbit);
         (shown.camera, shown.is_framed) = (orbit.camera(), false);
         true

@@ -19,7 +19,11 @@ async function fails(words, work) {
 
 /** Pixels of what is seen. */
 async function pixels(view) {
-    const image = await createImageBitmap(await view.picture());
+    return pixelsOf(await view.picture());
+}
+
+async function pixelsOf(picture) {
+    const image = await createImageBitmap(picture);
     const paper = new OffscreenCanvas(image.width, image.height).getContext('2d');
     paper.drawImage(image, 0, 0);
     return { width: image.width, height: image.height, data: paper.getImageData(0, 0, image.width, image.height).data };
@@ -143,9 +147,18 @@ export async function scenes() {
     const by = difference(turned, await pixels(other));
     check(by < 1, `the same scene in another view differs by ${by}`);
     check(JSON.stringify(other.scene.camera) === JSON.stringify(view.scene.camera), 'from the same place');
+    // As the guide changes a scene: half of it, brighter, on a colour.
+    const cut = view.scene;
+    cut.display = { exposure: 0.5, background: '#104418' };
+    cut.volumes[0].clip = [[0, 0, 0], [0.5, 1, 1]];
+    view.scene = cut;
+    await view.rest();
+    const seen = await pixels(view);
+    check(at(seen, 2, 2).every((code, place) => Math.abs(code - [0x10, 0x44, 0x18][place]) < 4), `its background is ${at(seen, 2, 2)}`);
+    check(difference(turned, seen) > 3, `half of it is seen: ${difference(turned, seen)}`);
     const halves = new Uint8Array(32 ** 3).map((_, place) => place % 32 < 16 ? 1 : 2);
     scan.setLabels(halves, [{ value: 1, name: 'right' }, { value: 2, name: 'left', color: [1, 0, 0] }]);
-    const scene = view.scene;
+    const scene = JSON.parse(saved);
     scene.volumes[0].labels = { files: [], styles: [{ label: 'left', visible: false }] };
     other.show(scan, scene);
     await other.rest();
@@ -186,6 +199,24 @@ export async function files(names) {
     await fails('series', () => readScan(given, { series: '7' }));
     await fails('enough', () => readScan(given, { signal: AbortSignal.abort(new Error('enough')) }));
     return `${names.length} files are read: ${[...stages].join(', ')}`;
+}
+
+/** A view in a Worker of a program's own. */
+export async function elsewhere() {
+    const worker = new Worker(new URL('elsewhere.js', import.meta.url), { type: 'module' });
+    const canvas = new OffscreenCanvas(SIDE, SIDE);
+    const told = await new Promise((done, failed) => {
+        worker.onmessage = ({ data }) => done(data);
+        worker.onerror = (event) => failed(new Error(event.message));
+        worker.postMessage(canvas, [canvas]);
+    });
+    worker.terminate();
+    check(told.failed === undefined, `a Worker shows it: ${told.failed}`);
+    check(told.samples === 4 && told.isShown, `a Worker's picture is done after ${told.samples} samples`);
+    const seen = await pixelsOf(told.picture);
+    const middle = brightness(at(seen, SIDE / 2, SIDE / 2));
+    check(middle > 40 && brightness(at(seen, 2, 2)) < 40, `a Worker's picture shows it: ${middle}`);
+    return `a Worker shows it on an OffscreenCanvas: ${middle.toFixed(0)} in its middle`;
 }
 
 /** The page's own view, which a mouse turns. */

@@ -10,6 +10,7 @@ from typing import Any
 import numpy as np
 
 from lumivox import _native, rendering
+from lumivox._check import PathLike
 from lumivox.image import Image
 from lumivox.look import TransferFunction
 from lumivox.scene import Camera, Scene
@@ -60,6 +61,10 @@ class Live:
         **options: Any,
     ) -> None:
         self._kept_light = kept_light
+        self._tell: Callable[[Scene, Settings], None] | None = None
+        self.renders = True
+        """Whether it renders; else whoever is told of scenes does."""
+        self._told: Scene | None = None
         self._moving: rendering.Moving | None = None
         self._scan, self._size, self._samples, self._options = scan, size, samples, options
         self._show, self._failed = show, failed
@@ -111,22 +116,53 @@ class Live:
                 self.error = error
                 self._failed(error)
 
+    def hand_over(self, tell: Callable[[Scene, Settings], None] | None, renders: bool, settings: Settings) -> None:
+        """Tells of scenes from now on, beginning with that of ``settings``, and renders them, too, or not."""
+        with self._changed:
+            self._tell, self._told, self.renders = tell, None, renders
+        self.update(settings)
+
+    def now(self, settings: Settings) -> Image:
+        """The image at rest, rendered on the caller's thread."""
+        scene, rest = self._planned(settings)
+        return rendering.render(scene, **{**rest, "progress": None})
+
+    def save(self, settings: Settings, path: PathLike) -> None:
+        """Writes the scene at rest to a file, see :meth:`Scene.save`."""
+        scene, rest = self._planned(settings)
+        kept = {name: rest[name] for name in ("size", "samples", *rendering.DISPLAY, "seed", "noise", "denoise") if name in rest}
+        scene.save(path, rest["camera"], **kept)
+
     def _wanted(self, *_: object) -> bool:
         return self._settings is None and not self._ended
 
-    def _render(self, settings: Settings) -> None:
+    def _planned(self, settings: Settings) -> tuple[Scene, dict[str, Any]]:
+        """The scene, and options of the image at rest."""
         scene = self._scene(settings)
         fov = self._options.get("fov", 28.0)
         camera = Camera.framing(scene, settings.azimuth, settings.elevation, settings.zoom, fov, size=self._size)
         options: Any = {name: value for name, value in self._options.items() if name not in rendering.LOOK}
-        rest = {**options, "camera": camera, "size": self._size, "samples": self._samples, "progress": self._wanted}
+        return scene, {**options, "camera": camera, "size": self._size, "samples": self._samples, "progress": self._wanted}
+
+    def _render(self, settings: Settings) -> None:
+        with self._changed:
+            tell, told, renders = self._tell, self._told, self.renders
+        # Cameras are known to whoever is told.
+        if tell is not None and (scene := self._scene(settings)) is not told:
+            tell(scene, settings)
+            with self._changed:
+                if self._tell is tell:
+                    self._told = scene
+        if not renders:
+            return
+        scene, rest = self._planned(settings)
         first = self._of_kept_light(scene, rest)
         is_clean = first is not None
         if first is None:
             width, height = self._size
             coarse = (max(1, width // COARSE), max(1, height // COARSE))
             # Denoised, for it is gone in a moment; what rests is left as it is.
-            first = rendering.render(scene, **{**options, "camera": camera, "size": coarse, "samples": 1, "denoise": True})
+            first = rendering.render(scene, **{**rest, "size": coarse, "samples": 1, "denoise": True, "progress": None})
         if not self._ended:
             self._show(first)
         if not self._wanted():

@@ -1,6 +1,7 @@
 // The page's half of lumivox.widget.View: a picture that is turned by dragging (or arrow keys), zoomed by the wheel (or + and -)
 // and put back by a double click (or Home), the presets, and the opacity curve over the histogram, whose knots are dragged; a
-// double click there adds one or takes one away.
+// double click there adds one or takes one away. Where the browser has a graphics card, the page renders the picture itself, by the
+// program and the scan that the kernel sends; else it shows what the kernel renders.
 
 const CURVE_HEIGHT = 90;
 const EDGE = 6;
@@ -13,6 +14,114 @@ function srgb(c) {
 // As the renderer eases between knots.
 function eased(ease, t) {
   return ease === "in-out" ? (t * t) / (t * t + (1 - t) * (1 - t)) : t;
+}
+
+// The program for pages, once for all views of it: what binds WebAssembly, what people call, and the WebAssembly.
+let program;
+function load([binding, calls, wasm]) {
+  program ??= (async () => {
+    const script = (text) => URL.createObjectURL(new Blob([text], { type: "text/javascript" }));
+    const text = (bytes) => new TextDecoder().decode(bytes);
+    const lumivox = await import(script(text(calls).replace("./lumivox_wasm.js", script(text(binding)))));
+    await lumivox.load(wasm);
+    return lumivox;
+  })();
+  return program;
+}
+
+const ARRAYS = { uint8: Uint8Array, uint16: Uint16Array, float32: Float32Array };
+
+function scansOf(lumivox, told, buffers) {
+  // Typed arrays want their bytes at even places.
+  const next = (kind) => {
+    const bytes = buffers.shift();
+    return new kind(bytes.buffer.slice(bytes.byteOffset, bytes.byteOffset + bytes.byteLength));
+  };
+  return told.map(({ kind, description, labels }) => {
+    const scan = new lumivox.Scan(next(ARRAYS[kind]), description);
+    return labels ? scan.setLabels(next(Uint8Array), labels) : scan;
+  });
+}
+
+// Whether this page is to render itself.
+async function rendersHere(when) {
+  if (when === "never" || !globalThis.isSecureContext) return false;
+  const adapter = await navigator.gpu?.requestAdapter({ powerPreference: "high-performance" });
+  if (!adapter) return false;
+  const { vendor = "", architecture = "", description = "", isFallbackAdapter } = adapter.info ?? {};
+  const isSoftware = isFallbackAdapter || /swiftshader|llvmpipe|basic render/i.test(`${vendor} ${architecture} ${description}`);
+  return when === "always" || !isSoftware;
+}
+
+// Renders on a canvas where this page can. `count` hears how many samples there are. Returns what ends it.
+function renderHere(model, canvas, count) {
+  let view, scans = [], isNew = false, isSent = false, isOver = false, last = Promise.resolve();
+  const turn = () => {
+    isSent = false;
+    const [azimuth, elevation, zoom] = ["azimuth", "elevation", "zoom"].map((name) => model.get(name));
+    view?.look({ azimuth, elevation: Math.min(90, Math.max(-90, elevation)), zoom: Math.min(20, Math.max(0.1, zoom)) });
+  };
+  const progress = ({ detail }) => {
+    if (detail.isShown) canvas.style.visibility = "visible";
+    count(detail.samples);
+    if (!detail.rests || isSent) return;
+    // What is kept of a notebook without a kernel.
+    isSent = true;
+    view.picture()
+      .then((picture) => picture.arrayBuffer())
+      .then((bytes) => isSent && !isOver && model.send({ kind: "picture", samples: detail.samples }, undefined, [bytes]));
+  };
+  const take = async ({ kind, scans: told, document }, buffers) => {
+    if (isOver) return;
+    if (kind === "program") load(buffers);
+    const lumivox = await program;
+    if (kind === "scans") {
+      scans.forEach((scan) => scan.free());
+      scans = scansOf(lumivox, told, [...buffers]);
+      isNew = true;
+    }
+    if (kind !== "scene" || isOver) return;
+    if (!view) {
+      view = await lumivox.View.create(canvas, { samples: model.get("target"), controls: false });
+      if (isOver) return view.destroy();
+      view.addEventListener("progress", progress);
+      view.addEventListener("error", ({ error }) => fail(error));
+    }
+    if (isNew) view.show(scans, document);
+    else view.scene = document;
+    isNew = false;
+    // It may have been turned since.
+    turn();
+  };
+  const hear = (message, buffers) => {
+    last = last.then(() => take(message, buffers)).catch(fail);
+  };
+  const names = ["azimuth", "elevation", "zoom"];
+  const end = () => {
+    if (isOver) return;
+    isOver = true;
+    model.off("msg:custom", hear);
+    for (const name of names) model.off(`change:${name}`, turn);
+    scans.forEach((scan) => scan.free());
+    view?.destroy();
+    canvas.remove();
+  };
+  const fail = (error) => {
+    if (isOver) return;
+    console.error(error);
+    end();
+    model.send({ kind: "pictures" });
+    count(undefined);
+  };
+  model.on("msg:custom", hear);
+  for (const name of names) model.on(`change:${name}`, turn);
+  rendersHere(model.get("page_renders")).catch(() => false).then((does) => {
+    if (isOver) return;
+    if (does) return model.send({ kind: "begin" });
+    end();
+    model.send({ kind: "pictures" });
+  });
+  return end;
 }
 
 function render({ model, el }) {
@@ -31,6 +140,11 @@ function render({ model, el }) {
   picture.draggable = false;
   picture.tabIndex = 0;
   picture.alt = "The scan. Drag or press arrow keys to turn it, + and - to zoom, Home to put it back.";
+  // What the page renders lies over what the kernel does, which hears the pointer.
+  const canvas = make("canvas", "position:absolute;inset:0;width:100%;height:100%;pointer-events:none;visibility:hidden");
+  canvas.setAttribute("aria-hidden", "true");
+  const frame = make("div", "position:relative");
+  frame.append(picture, canvas);
   const bar = make("div", "display:flex;gap:8px;align-items:center;padding:6px 8px");
   const select = make(
     "select",
@@ -49,12 +163,12 @@ function render({ model, el }) {
   const ratio = window.devicePixelRatio || 1;
   curve.width = width * ratio;
   curve.height = CURVE_HEIGHT * ratio;
-  root.append(picture, bar, wrong, curve);
+  root.append(frame, bar, wrong, curve);
   el.append(root);
 
-  let url = null, pointed = "";
+  let url = null, pointed = "", own;
   const count = () => {
-    said.textContent = pointed || `${model.get("samples")} of ${model.get("target")} samples`;
+    said.textContent = pointed || `${own ?? model.get("samples")} of ${model.get("target")} samples`;
   };
   const show = () => {
     const png = model.get("png");
@@ -246,7 +360,12 @@ function render({ model, el }) {
   show();
   tell();
   draw();
+  const end = renderHere(model, canvas, (samples) => {
+    own = samples;
+    count();
+  });
   return () => {
+    end();
     if (url) URL.revokeObjectURL(url);
     model.off("change:png", show);
     model.off("change:message", tell);

@@ -5,7 +5,7 @@
     view = widget.View(scan)
     view
 
-Needs anywidget (``pip install 'lumivox[widget]'``). What was set with the mouse is there as attributes: ``view.azimuth``,
+Needs anywidget (``pip install 'lumivox[widget]'``). Where the browser has a graphics card, it renders itself. What was set with the mouse is there as attributes: ``view.azimuth``,
 ``view.transfer_function``; ``view.image`` is what is shown.
 """
 
@@ -14,12 +14,12 @@ from __future__ import annotations
 from pathlib import Path
 from typing import Any
 
-from lumivox import _check, look, rendering
+from lumivox import _check, browser, look, rendering
 from lumivox._check import PathLike
 from lumivox.image import Image
 from lumivox.live import Live, Settings, histogram, usual_angles
 from lumivox.look import ColorStop, GradientFunction, OpacityKnot, TransferFunction
-from lumivox.scene import pixels
+from lumivox.scene import Scene, pixels
 from lumivox.volume import Volume
 
 try:
@@ -34,6 +34,9 @@ class View(anywidget.AnyWidget):  # type: ignore[misc]
 
     While it is turned it shows a picture of the light that is kept in the scan, without noise; with ``kept_light=False`` a
     coarse one. At rest the image is the same in either case.
+
+    ``in_browser`` says who renders. ``None``: the browser, where it has WebGPU on a graphics card and the scan can be sent to it,
+    else the kernel. ``True``: the browser wherever it has WebGPU, in software, too. ``False``: the kernel.
     """
 
     _esm = Path(__file__).with_name("widget.js")
@@ -58,6 +61,8 @@ class View(anywidget.AnyWidget):  # type: ignore[misc]
     unit = traitlets.Unicode("").tag(sync=True)
     message = traitlets.Unicode("").tag(sync=True)
     """What went wrong; empty where nothing did."""
+    page_renders = traitlets.Unicode("never").tag(sync=True)
+    """When a page is to render itself: ``"never"``, ``"card"`` (with a graphics card) or ``"always"``."""
     _live: Live | None = None
 
     def __init__(
@@ -67,6 +72,7 @@ class View(anywidget.AnyWidget):  # type: ignore[misc]
         size: tuple[int, int] = (512, 512),
         samples: int = 512,
         kept_light: bool = True,
+        in_browser: bool | None = None,
         **options: Any,
     ) -> None:
         if not isinstance(scan, Volume):
@@ -74,6 +80,8 @@ class View(anywidget.AnyWidget):  # type: ignore[misc]
         # What is wrong is said where the view is made, not on its thread.
         width, height = pixels(size)
         kept_light = _check.flag("kept_light", kept_light)
+        if in_browser is not None:
+            in_browser = _check.flag("in_browser", in_browser)
         for name in ("camera", "eye", "target"):
             if name in options:
                 raise TypeError(f"{name} is not for a view: it is turned by azimuth and elevation, and comes closer by zoom")
@@ -83,7 +91,10 @@ class View(anywidget.AnyWidget):  # type: ignore[misc]
             {**options, "size": size, "samples": samples, **({} if curve is None else {"transfer_function": curve})},  # type: ignore[typeddict-item]
         )
         super().__init__()
-        self._scan = scan
+        self._scan, self._display, self._seed = scan, planned.display, planned.request.seed
+        self._fov = planned.camera.fov
+        self._sent: tuple[Volume, ...] | None = None
+        self._has_page = self._wants_pictures = False
         self._image: Image | None = None
         self._quiet = False
         self._edited = False
@@ -108,6 +119,13 @@ class View(anywidget.AnyWidget):  # type: ignore[misc]
         if curve is not None:
             self.transfer_function = planned.scene.volumes[0].medium.transfer_function
             self._edited = True
+        why = browser.obstacle(planned.scene)
+        if in_browser and (why is not None or not browser.has_program()):
+            what = "this lumivox was made without the program for browsers" if why is None else f"a browser cannot show this: {why}"
+            raise ValueError(f"in_browser: {what}")
+        if in_browser is not False and why is None and browser.has_program():
+            self.page_renders = "always" if in_browser else "card"
+            self.on_msg(self._on_page)
         self.observe(self._on_preset, ["preset"])
         self.observe(self._on_curve, ["knots", "stops"])
         self.observe(self._on_change, ["azimuth", "elevation", "zoom"])
@@ -122,7 +140,9 @@ class View(anywidget.AnyWidget):  # type: ignore[misc]
 
     @property
     def image(self) -> Image | None:
-        """What is shown; ``None`` before there is anything."""
+        """What is shown; ``None`` before there is anything. Where a browser renders, the kernel renders this when it is asked for."""
+        if self._live is not None and not self._live.renders:
+            return self._live.now(self._settings())
         return self._image
 
     @property
@@ -141,6 +161,9 @@ class View(anywidget.AnyWidget):  # type: ignore[misc]
 
     def save_scene(self, path: PathLike) -> None:
         """Writes what is shown to a file that every host of Lumivox opens, see :meth:`Scene.save`."""
+        if self._live is not None and not self._live.renders:
+            self._live.save(self._settings(), path)
+            return
         if self._image is None:
             raise ValueError("nothing is shown yet, so that there is no scene to save")
         self._image.save_scene(path, size=(self.width, self.height), samples=self.target)
@@ -169,16 +192,54 @@ class View(anywidget.AnyWidget):  # type: ignore[misc]
             self._edited = True
             self._on_change()
 
+    def _settings(self) -> Settings:
+        curve = self.transfer_function if self._edited else None
+        # A page may send anything: what makes no sense is brought into its range.
+        elevation, zoom = min(max(self.elevation, -90.0), 90.0), min(max(self.zoom, 0.1), 20.0)
+        return Settings(self.azimuth, elevation, zoom, self.preset, curve)
+
     def _on_change(self, _: object = None) -> None:
         try:
-            curve = self.transfer_function if self._edited else None
+            settings = self._settings()
         except (TypeError, ValueError) as error:
             self.message = str(error)
             return
-        # A page may send anything: what makes no sense is brought into its range.
-        elevation, zoom = min(max(self.elevation, -90.0), 90.0), min(max(self.zoom, 0.1), 20.0)
         if self._live is not None:
-            self._live.update(Settings(self.azimuth, elevation, zoom, self.preset, curve))
+            self._live.update(settings)
+
+    def _on_page(self, _: object, content: Any, buffers: Any) -> None:
+        """What a page says of itself: it renders (``begin``), has done so (``picture``), or wants the kernel's ``pictures``."""
+        kind = content.get("kind") if isinstance(content, dict) else None
+        if self._live is None:
+            return
+        if kind == "picture" and buffers:
+            self.samples, self.png = int(content.get("samples", 0)), bytes(buffers[0])
+            return
+        if kind == "pictures":
+            self._wants_pictures = True
+        elif kind == "begin":
+            self.message = ""
+            self.send({"kind": "program"}, browser.program())
+            # Another page begins with nothing.
+            self._sent, self._has_page = None, True
+        else:
+            return
+        try:
+            self._live.hand_over(self._tell_page if self._has_page else None, self._wants_pictures, self._settings())
+        except (TypeError, ValueError) as error:
+            self.message = str(error)
+
+    def _tell_page(self, scene: Scene, settings: Settings) -> None:
+        """Sends pages a scene, and its voxels where they have others."""
+        self.message = ""
+        volumes = tuple(one.volume for one in scene.volumes)
+        if self._sent is None or any(a.native is not b.native for a, b in zip(self._sent, volumes, strict=True)):
+            told, sent = browser.parts(scene)
+            self.send({"kind": "scans", "scans": told}, sent)
+            self._sent = volumes
+        camera = {"azimuth": settings.azimuth, "elevation": settings.elevation, "zoom": settings.zoom, "fov": self._fov}
+        document = browser.document(scene, self._display, self._seed, camera)
+        self.send({"kind": "scene", "document": document})
 
     def _failed(self, error: Exception) -> None:
         self.message = str(error)

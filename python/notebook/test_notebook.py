@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import base64
 import json
 import os
 import re
@@ -10,6 +11,7 @@ import subprocess
 import sys
 import time
 from collections.abc import Iterator
+from contextlib import contextmanager
 from pathlib import Path
 
 import pytest
@@ -20,18 +22,34 @@ from lumivox import widget
 view = widget.View(lumivox.phantom("head", 48), size=(320, 320), samples=4, preset="ct-bone", azimuth=30)
 view"""
 
+IN_BROWSER = """import lumivox
+from lumivox import widget
+view = widget.View(lumivox.phantom("head", 32), size=(160, 160), samples=64, preset="ct-bone", azimuth=30, in_browser=True)
+view"""
+
+SOFTWARE_GPU = [
+    "--enable-unsafe-webgpu",
+    "--ignore-gpu-blocklist",
+    "--use-vulkan=swiftshader",
+    "--enable-features=Vulkan",
+    "--use-angle=vulkan",
+    "--enable-unsafe-swiftshader",
+]
+"""Has Chromium give pages a GPU that is the processor."""
+
 WAIT = 120_000
 """Milliseconds: software Vulkan compiles kernels on first use."""
 
 
 @pytest.fixture(scope="module")
 def server(tmp_path_factory: pytest.TempPathFactory) -> Iterator[str]:
-    """JupyterLab over a folder with one notebook: its address."""
+    """JupyterLab over a folder with notebooks: its address."""
     folder = tmp_path_factory.mktemp("lab")
-    cell = {"cell_type": "code", "id": "view", "metadata": {}, "execution_count": None, "outputs": [], "source": CELL}
     kernel = {"name": "python3", "display_name": "Python 3", "language": "python"}
-    notebook = {"cells": [cell], "metadata": {"kernelspec": kernel}, "nbformat": 4, "nbformat_minor": 5}
-    (folder / "view.ipynb").write_text(json.dumps(notebook))
+    for name, source in (("view", CELL), ("page", IN_BROWSER)):
+        cell = {"cell_type": "code", "id": "view", "metadata": {}, "execution_count": None, "outputs": [], "source": source}
+        notebook = {"cells": [cell], "metadata": {"kernelspec": kernel}, "nbformat": 4, "nbformat_minor": 5}
+        (folder / f"{name}.ipynb").write_text(json.dumps(notebook))
     with socket.socket() as free:
         free.bind(("127.0.0.1", 0))
         port = free.getsockname()[1]
@@ -60,7 +78,7 @@ def server(tmp_path_factory: pytest.TempPathFactory) -> Iterator[str]:
                     break
             assert process.poll() is None, (folder / "server.log").read_text()
             time.sleep(0.1)
-        yield f"http://127.0.0.1:{port}/lab/tree/view.ipynb"
+        yield f"http://127.0.0.1:{port}/lab/tree"
     finally:
         process.terminate()
         process.wait()
@@ -69,14 +87,21 @@ def server(tmp_path_factory: pytest.TempPathFactory) -> Iterator[str]:
 @pytest.fixture(scope="module")
 def page(server: str) -> Iterator[Page]:
     """The notebook, its cell run."""
+    with opened(f"{server}/view.ipynb") as page:
+        yield page
+
+
+@contextmanager
+def opened(address: str, *options: str) -> Iterator[Page]:
+    """A notebook in Chromium, its cell run."""
     with sync_playwright() as play:
         # As root, a browser has no sandbox; what it shows is our own.
-        browser = play.chromium.launch(executable_path=os.environ["LUMIVOX_BROWSER"], args=["--no-sandbox"])
+        browser = play.chromium.launch(executable_path=os.environ["LUMIVOX_BROWSER"], args=["--no-sandbox", *options])
         page = browser.new_page(viewport={"width": 900, "height": 820})
         page.set_default_timeout(WAIT)
         said: list[str] = []
         page.on("pageerror", lambda error: said.append(str(error)))
-        page.goto(server)
+        page.goto(address)
         # Sooner, a cell would be run by nobody.
         expect(page.get_by_text(re.compile(r"\| Idle$"))).to_be_visible(timeout=WAIT)
         page.locator(".jp-Notebook .cm-content").first.click()
@@ -184,3 +209,52 @@ def test_what_goes_wrong_is_said(page: Page) -> None:
     asked(page, "view.set_trait('preset', 'ct-bone')")
     rests(page)
     expect(output(page).get_by_role("alert")).to_be_hidden()
+
+
+MEANS = """async ([address]) => {
+    const picture = await createImageBitmap(await (await fetch(address)).blob());
+    const canvas = new OffscreenCanvas(8, 8);
+    const pen = canvas.getContext("2d");
+    pen.imageSmoothingQuality = "high";
+    pen.drawImage(picture, 0, 0, 8, 8);
+    return [...pen.getImageData(0, 0, 8, 8).data];
+}"""
+"""Means of 8 x 8 parts of a picture."""
+
+
+def means(page: Page, png: bytes) -> list[int]:
+    found: list[int] = page.evaluate(MEANS, [f"data:image/png;base64,{base64.b64encode(png).decode()}"])
+    return found
+
+
+def test_a_browser_with_a_gpu_renders_itself(server: str) -> None:
+    with opened(f"{server}/page.ipynb", *SOFTWARE_GPU) as page:
+        canvas = output(page).locator("canvas").first
+        expect(canvas).to_be_visible(timeout=WAIT)
+        # What it shows comes back to the kernel, which renders nothing.
+        expect(output(page).get_by_text("64 of 64 samples")).to_be_visible(timeout=WAIT)
+        assert asked(page, "view._live.renders, view.page_renders") == "False always"
+        kept(page, "notebook-in-browser")
+        first = canvas.screenshot()
+        own = base64.b64decode(asked(page, "__import__('base64').b64encode(view.image._repr_png_()).decode()"))
+        apart = [abs(a - b) for a, b in zip(means(page, first), means(page, own), strict=True)]
+        assert max(means(page, first)) > 100 and max(apart) < 24, f"{apart}"
+        box = canvas.bounding_box()
+        assert box is not None
+        x, y = box["x"] + 80, box["y"] + 80
+        page.mouse.move(x, y)
+        page.mouse.down()
+        page.mouse.move(x - 40, y, steps=4)
+        page.mouse.up()
+        deadline = time.monotonic() + WAIT / 1e3
+        while canvas.screenshot() == first or not output(page).get_by_text("64 of 64 samples").is_visible():
+            assert time.monotonic() < deadline, "it does not turn"
+            page.wait_for_timeout(100)
+        assert asked(page, "round(view.azimuth, 1)") == "75.0"
+        turned = canvas.screenshot()
+        output(page).get_by_label("Preset").select_option("ct-skin")
+        while canvas.screenshot() == turned or not output(page).get_by_text("64 of 64 samples").is_visible():
+            assert time.monotonic() < deadline, "its look does not change"
+            page.wait_for_timeout(100)
+        kept(page, "notebook-in-browser-skin")
+        expect(output(page).get_by_role("alert")).to_be_hidden()

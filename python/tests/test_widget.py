@@ -2,17 +2,19 @@
 
 from __future__ import annotations
 
+import json
 import threading
 import time
 from collections.abc import Callable, Iterator
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
 import traitlets
 
 import lumivox
-from lumivox import live, widget
+from lumivox import browser, live, widget
 
 
 @pytest.fixture
@@ -233,3 +235,109 @@ def test_no_image_at_rest_is_noisier_than_what_was_shown_before(head: lumivox.Vo
 def test_kept_light_is_on_or_off(head: lumivox.Volume) -> None:
     with pytest.raises(TypeError, match="kept_light"):
         widget.View(head, kept_light="yes")  # type: ignore[arg-type]
+
+
+Sent = list[tuple[dict[str, Any], list[Any]]]
+
+
+def of_kind(sent: Sent, kind: str) -> Sent:
+    return [message for message in sent if message[0]["kind"] == kind]
+
+
+def in_page(scan: lumivox.Volume, monkeypatch: pytest.MonkeyPatch, folder: Path, **options: Any) -> tuple[widget.View, Sent]:
+    """A view of a lumivox with a program for browsers, and what it sends pages."""
+    for name in browser.PROGRAM:
+        (folder / name).write_text(name)
+    monkeypatch.setattr(browser, "FOLDER", folder)
+    view = widget.View(scan, size=(32, 24), samples=4, preset="ct-bone", azimuth=20.0, **options)
+    sent: Sent = []
+    monkeypatch.setattr(view, "send", lambda content, buffers=(): sent.append((content, list(buffers))))
+    return view, sent
+
+
+def test_a_page_that_renders_is_sent_program_voxels_and_scene(
+    head_folder: Path, monkeypatch: pytest.MonkeyPatch, tmp_path: Path
+) -> None:
+    folder = tmp_path / "web"
+    folder.mkdir()
+    head = lumivox.load(head_folder)
+    view, sent = in_page(head, monkeypatch, folder, exposure=0.5, background="transparent")
+    try:
+        assert view.page_renders == "card" and sent == []
+        view._handle_custom_msg({"kind": "begin"}, [])
+        wait(lambda: of_kind(sent, "scene") != [])
+        assert [content["kind"] for content, _ in sent] == ["program", "scans", "scene"]
+        assert sent[0][1] == [name.encode() for name in browser.PROGRAM]
+        (told,) = sent[1][0]["scans"]
+        dims = told["description"]["dims"]
+        voxels = np.frombuffer(sent[1][1][0], told["kind"]).reshape(dims[::-1])
+        shown = lumivox.Scene.of(head, preset="ct-bone").volumes[0].volume
+        assert np.array_equal(voxels, shown.array)
+        assert np.allclose(told["description"]["patientFromVoxel"], shown.patient_from_voxel[:3])
+        document = json.loads(sent[2][0]["document"])
+        assert document["camera"] == {"azimuth": 20.0, "elevation": 0.0, "zoom": 1.0, "fov": 28.0}
+        assert document["display"]["exposure"] == 0.5 and document["display"]["background"] == "#14171c"
+        # A page turns by itself; another opacity is another scene, of the same voxels.
+        view.azimuth = 40.0
+        view.knots = [*view.knots[:-1], [view.knots[-1][0], 0.5, "linear"]]
+        wait(lambda: len(of_kind(sent, "scene")) == 2)
+        assert len(of_kind(sent, "scans")) == 1
+        looks = [json.loads(content["document"])["volumes"][0]["look"] for content, _ in of_kind(sent, "scene")]
+        assert looks[0]["transfer_function"] != looks[1]["transfer_function"]
+        # What it shows comes back, is rendered here when it is asked for, and can be saved.
+        view._handle_custom_msg({"kind": "picture", "samples": 4}, [memoryview(b"a picture")])
+        assert (view.png, view.samples) == (b"a picture", 4)
+        image = view.image
+        assert image is not None and image.size == (32, 24) and image.min_samples == 4
+        view.save_scene(tmp_path / "scene.lumivox")
+        saved = lumivox.load_scene(tmp_path / "scene.lumivox")
+        assert np.allclose(saved.camera.world_from_camera, image.camera.world_from_camera)
+        assert saved.display.exposure == 0.5 and (saved.size, saved.samples) == ((32, 24), 4)
+        # Another page begins with nothing; one that cannot render is shown the kernel's pictures.
+        view._handle_custom_msg({"kind": "begin"}, [])
+        wait(lambda: len(of_kind(sent, "scans")) == 2)
+        view._handle_custom_msg({"kind": "pictures"}, [])
+        wait(rests(view, 40.0))
+        wait(lambda: view.png.startswith(b"\x89PNG"))
+    finally:
+        view.close()
+
+
+def test_labels_are_sent_with_their_voxels(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
+    scan = lumivox.Volume.from_array(np.arange(480, dtype=np.uint16).reshape(4, 10, 12), modality="MR")
+    array = (scan.array > 100).astype(np.uint8) * 3
+    labels = lumivox.Labels.from_array(array, like=scan, names={3: "bright"})
+    view, sent = in_page(scan, monkeypatch, tmp_path, labels=labels, label={"bright": lumivox.LabelStyle(opacity=0.5)})
+    try:
+        view._handle_custom_msg({"kind": "begin"}, [])
+        wait(lambda: of_kind(sent, "scene") != [])
+        ((content, buffers),) = of_kind(sent, "scans")
+        assert [label["name"] for label in content["scans"][0]["labels"]] == ["bright"]
+        assert np.array_equal(np.frombuffer(buffers[1], np.uint8).reshape(4, 10, 12), array)
+        document = json.loads(of_kind(sent, "scene")[0][0]["document"])
+        assert document["volumes"][0]["labels"]["styles"][0]["label"] == "bright"
+    finally:
+        view.close()
+
+
+def test_what_a_page_cannot_show_the_kernel_does(
+    head: lumivox.Volume, monkeypatch: pytest.MonkeyPatch, tmp_path: Path
+) -> None:
+    view, _ = in_page(head, monkeypatch, tmp_path, in_browser=False)
+    view.close()
+    assert view.page_renders == "never"
+    view, _ = in_page(head, monkeypatch, tmp_path, in_browser=True)
+    view.close()
+    assert view.page_renders == "always"
+    view, _ = in_page(head, monkeypatch, tmp_path, peel_mm=4.0)
+    view.close()
+    assert view.page_renders == "never"
+    with pytest.raises(ValueError, match=r"^in_browser: a browser cannot show this: it is peeled$"):
+        widget.View(head, size=(32, 24), samples=4, peel_mm=4.0, in_browser=True)
+    with pytest.raises(TypeError, match="in_browser"):
+        widget.View(head, size=(32, 24), in_browser="yes")  # type: ignore[arg-type]
+    monkeypatch.setattr(browser, "MOST_SENT", 1000)
+    assert browser.obstacle(lumivox.Scene.of(head)) == "it is large"
+    monkeypatch.setattr(browser, "FOLDER", tmp_path / "nowhere")
+    with pytest.raises(ValueError, match=r"^in_browser: this lumivox was made without the program for browsers$"):
+        widget.View(head, size=(32, 24), samples=4, in_browser=True)

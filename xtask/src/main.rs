@@ -53,6 +53,8 @@ Commands:
   web test FOLDER BROWSER SCAN PICTURES
                             Try that page in a Chromium that nobody sees: first start, a phantom, SCAN dropped, no network;
                             its screenshots go to the folder PICTURES
+  web smoke FOLDER BROWSER SCAN PICTURES
+                            Try no more than whether it shows a phantom and SCAN
   web test-npm FOLDER BROWSER SCAN PICTURES
                             Try the npm package, which script/js makes, in the same way
   windows HERE THERE        Fail where the command THERE, for Windows, run by the program LUMIVOX_WINE, does not do what
@@ -91,7 +93,12 @@ fn main() -> ExitCode {
             web::serve(Path::new(folder), port.parse().unwrap_or_default())
         }
         ["web", "test", folder, browser, scan, pictures] => {
-            web::test(Path::new(folder), Path::new(browser), Path::new(scan), Path::new(pictures))
+            let extent = web::Extent::Whole;
+            web::test(extent, Path::new(folder), Path::new(browser), Path::new(scan), Path::new(pictures))
+        }
+        ["web", "smoke", folder, browser, scan, pictures] => {
+            let extent = web::Extent::First;
+            web::test(extent, Path::new(folder), Path::new(browser), Path::new(scan), Path::new(pictures))
         }
         ["web", "test-npm", folder, browser, scan, pictures] => {
             web::test_npm(Path::new(folder), Path::new(browser), Path::new(scan), Path::new(pictures))

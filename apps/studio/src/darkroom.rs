@@ -21,7 +21,7 @@ pub const TILE: u32 = 96;
 /// Samples of its pixels: enough for a small picture that is smoothed.
 const TILE_SAMPLES: u32 = 16;
 /// Voxels along the longest edge of the scan that tiles are made of.
-const TILE_VOXELS: usize = 80;
+pub(crate) const TILE_VOXELS: usize = 80;
 
 /// The device that stills are made on, opened when the first is wanted. One at a time.
 #[derive(Clone, Default)]
@@ -83,7 +83,7 @@ pub fn develop_tiles(
     looks: Vec<Preset>,
     desk: &Desk<Tile>,
 ) {
-    let small = Arc::new(reduced(scan, TILE_VOXELS));
+    let small = Arc::new(reduced(scan, TILE_VOXELS, usize::MAX));
     let total = looks.len() as u64;
     for (done, preset) in (0..).zip(looks) {
         desk.report(Busy { stage: None, done, total });
@@ -104,6 +104,16 @@ fn tile(
     preset: Preset,
     desk: &Desk<Tile>,
 ) -> Result<Picture, String> {
+    let document = tile_document(document, preset);
+    let (scene, _) = show(&document, vec![small.clone()], desk)?;
+    let camera = document.camera.camera(&scene, 1.0).ok_or("there is nothing to see")?;
+    let mut on_progress =
+        |_: f32| desk.cancel().check().map_or(ControlFlow::Break(()), |()| ControlFlow::Continue(()));
+    develop(room, &document, &scene, &camera, &mut on_progress).map(|still| still.picture)
+}
+
+/// What a look's tile shows of a document: its first scan, whole, in the usual light.
+pub(crate) fn tile_document(document: &SceneDocument, preset: Preset) -> SceneDocument {
     let mut document = document.clone();
     document.volumes.truncate(1);
     for entry in &mut document.volumes {
@@ -118,22 +128,21 @@ fn tile(
     document.camera = View { azimuth: Some(25.0), elevation: Some(6.0), ..View::default() };
     document.film.size = [TILE; 2];
     (document.film.samples, document.film.denoise) = (Some(TILE_SAMPLES), true);
-    let (scene, _) = show(&document, vec![small.clone()], desk)?;
-    let camera = document.camera.camera(&scene, 1.0).ok_or("there is nothing to see")?;
-    let mut on_progress =
-        |_: f32| desk.cancel().check().map_or(ControlFlow::Break(()), |()| ControlFlow::Continue(()));
-    develop(room, &document, &scene, &camera, &mut on_progress).map(|still| still.picture)
+    document
 }
 
-/// The same scan of fewer voxels: means of neighbours.
-fn reduced(volume: &Volume, side: usize) -> Volume {
+/// The same scan of fewer voxels: means of neighbours, of so many along each axis at most.
+pub(crate) fn reduced(volume: &Volume, side: usize, most: usize) -> Volume {
     let dims = volume.dims();
     let factor = dims.map(|n| n.div_ceil(side));
     if factor == [1; 3] {
         return volume.clone().without_source();
     }
     let small = [0, 1, 2].map(|axis| dims[axis].div_ceil(factor[axis]));
-    let range = |axis: usize, at: usize| at * factor[axis]..((at + 1) * factor[axis]).min(dims[axis]);
+    let range = |axis: usize, at: usize| {
+        let all = at * factor[axis]..((at + 1) * factor[axis]).min(dims[axis]);
+        all.step_by(factor[axis].div_ceil(most))
+    };
     let mean = |at: [usize; 3]| {
         let (mut sum, mut count) = (0.0, 0.0);
         for z in range(2, at[2]) {

@@ -338,8 +338,7 @@ impl Session {
 
     /// Where the scan's middle is in the world.
     pub fn center(&self) -> DVec3 {
-        let of = |it: &lumivox_core::VolumeInstance| it.world_from_box().transform_point3(DVec3::splat(0.5));
-        self.scene.volumes.first().map(of).unwrap_or_default()
+        lumivox_viewport::center_of(&self.scene)
     }
 
     /// The patient's left, back and head in the world, of the first scan.

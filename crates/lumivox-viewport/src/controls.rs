@@ -3,7 +3,7 @@
 use std::f64::consts::{FRAC_PI_2, PI};
 
 use lumivox_core::glam::DVec3;
-use lumivox_core::{Orbit, PerspectiveCamera};
+use lumivox_core::{Orbit, PerspectiveCamera, Scene, VolumeInstance};
 
 /// A button of a mouse.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -152,6 +152,12 @@ impl Gesture {
 /// Comes closer by so many e-foldings.
 fn approach(orbit: &mut Orbit, by: f64) {
     orbit.distance = (orbit.distance * (-by).exp()).clamp(DISTANCES[0], DISTANCES[1]);
+}
+
+/// Where the middle of a scene's first volume is in the world; the origin where there is none.
+pub fn center_of(scene: &Scene) -> DVec3 {
+    let of = |it: &VolumeInstance| it.world_from_box().transform_point3(DVec3::splat(0.5));
+    scene.volumes.first().map(of).unwrap_or_default()
 }
 
 /// A camera as one that turns around what it has before it, about as far away as `center`. What it is rolled by is lost.

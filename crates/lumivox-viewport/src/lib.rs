@@ -13,7 +13,7 @@ mod pace;
 mod pick;
 mod viewport;
 
-pub use controls::{Button, Gesture, Held, Profile, SliceGesture, orbit_of};
+pub use controls::{Button, Gesture, Held, Profile, SliceGesture, center_of, orbit_of};
 pub use pace::Pace;
 pub use pick::{Picked, pick};
 pub use viewport::{Picture, Progress, Viewport, ViewportError};

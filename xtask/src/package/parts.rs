@@ -339,7 +339,14 @@ impl Maker {
             ),
         }
         let roots = ["lumivox-python"];
-        let works = Graph::new(&self.root, LINUX, &roots)?.linked(&roots)?;
+        let mut works = Graph::new(&self.root, LINUX, &roots)?.linked(&roots)?;
+        // What the notebook's widget sends to browsers.
+        let of_page = ["lumivox-js"];
+        for work in Graph::new(&self.root, BROWSERS, &of_page)?.linked(&of_page)? {
+            if !works.iter().any(|known| (&known.name, &known.version) == (&work.name, &work.version)) {
+                works.push(work);
+            }
+        }
         let bill = format!("lumivox-python-{VERSION}.cdx.json");
         write(&self.out.join(&bill), self.bill("lumivox-python", &roots, &works)?.as_bytes())?;
         names.push(bill);

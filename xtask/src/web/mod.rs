@@ -8,10 +8,17 @@ mod trial;
 use std::path::Path;
 
 pub use serve::serve;
+pub use trial::Extent;
 
-/// Opens a page's folder in a browser that nobody sees, and does what a person would; pictures of it go to a folder.
-pub fn test(folder: &Path, browser: &Path, scan: &Path, pictures: &Path) -> Result<(), String> {
-    trial::run(folder, browser, scan, pictures)
+/// Opens a page's folder in a browser that nobody sees, and does what a person would, or first; pictures of it go to a folder.
+pub fn test(
+    extent: Extent,
+    folder: &Path,
+    browser: &Path,
+    scan: &Path,
+    pictures: &Path,
+) -> Result<(), String> {
+    trial::run(extent, folder, browser, scan, pictures)
 }
 
 /// The same with the npm package, as a program would use it.

@@ -39,7 +39,9 @@ pub fn run(package: &Path, program: &Path, scan: &Path, pictures: &Path) -> Resu
     keep(&mut browser, pictures, "1-example")?;
     println!("npm: the example shows {}", browser.evaluate("document.getElementById('told').textContent")?);
     is_quiet(&browser, &address)?;
-    for (name, given) in [("wrongs", vec![]), ("arrays", vec![]), ("scenes", vec![]), ("files", names)] {
+    for (name, given) in
+        [("wrongs", vec![]), ("arrays", vec![]), ("scenes", vec![]), ("files", names), ("elsewhere", vec![])]
+    {
         // Each in a browser of its own: one in which a processor stands in for a GPU stood still now and then after some dozen pictures.
         drop(browser);
         browser = Browser::start(program)?;

@@ -32,7 +32,22 @@ const NOTHING: Part = [250, 90, 330, 160];
 /// The axial slice.
 const SLICE: Part = [740, 80, 940, 260];
 
-pub fn run(folder: &Path, program: &Path, scan: &Path, pictures: &Path) -> Result<(), String> {
+/// How much is tried.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Extent {
+    /// A phantom and an archive are opened, and seen.
+    First,
+    /// All that a person would do.
+    Whole,
+}
+
+pub fn run(
+    extent: Extent,
+    folder: &Path,
+    program: &Path,
+    scan: &Path,
+    pictures: &Path,
+) -> Result<(), String> {
     names_no_folder(&folder.join("lumivox_studio_bg.wasm"))?;
     fs::create_dir_all(pictures).map_err(|error| format!("{}: {error}", pictures.display()))?;
     let archive = std::path::absolute(pictures.join("scan.zip"));
@@ -49,6 +64,10 @@ pub fn run(folder: &Path, program: &Path, scan: &Path, pictures: &Path) -> Resul
     trial.first_start()?;
     trial.phantom()?;
     trial.dropped(&archive)?;
+    if extent == Extent::First {
+        return trial.is_quiet();
+    }
+    trial.looks()?;
     trial.pair()?;
     trial.empty_folder()?;
     trial.is_quiet()?;
@@ -125,6 +144,19 @@ impl Trial<'_> {
         Ok(())
     }
 
+    /// Once the view rests, looks are seen as pictures of the scan.
+    fn looks(&mut self) -> Result<(), String> {
+        let rests = self.browser.wait("JSON.parse(window.studio.told()).rests", PATIENCE)?;
+        let first = self.browser.wait("JSON.parse(window.studio.told()).tiles > 0", PATIENCE)?;
+        let more = self.browser.wait("JSON.parse(window.studio.told()).tiles > 5", PATIENCE)?;
+        self.seen("4-looks")?;
+        let [rests, first, more] = [rests, first, more].map(|took| took.as_secs_f64());
+        println!(
+            "web: the view rests after {rests:.1} s; a look's picture comes {first:.1} s later, five more in {more:.1} s"
+        );
+        Ok(())
+    }
+
     /// A header and its samples, dropped side by side; a scene of them names the header as it is called, and finds it again.
     fn pair(&mut self) -> Result<(), String> {
         let file =
@@ -143,7 +175,7 @@ impl Trial<'_> {
         write(&samples, &(0..24 * 24 * 24).map(voxel).collect::<Vec<_>>())?;
         self.browser.drop_files(&[&samples, &header], 500.0, 400.0)?;
         self.shown("[24, 24, 24]", "the header with its samples")?;
-        self.seen("4-pair")?;
+        self.seen("5-pair")?;
         let keep = "URL.createObjectURL = (make => blob => make.call(URL, window.saved = blob))(URL.createObjectURL)";
         self.browser.evaluate(&format!("{keep}; true"))?;
         for kind in ["keyDown", "keyUp"] {
@@ -173,7 +205,7 @@ impl Trial<'_> {
         self.browser
             .wait("JSON.parse(window.studio.told()).failed === 'empty: there is no file in it'", PATIENCE)?;
         thread::sleep(Duration::from_secs(2));
-        self.seen("5-empty-folder")?;
+        self.seen("6-empty-folder")?;
         println!("web: an empty folder is told of");
         Ok(())
     }
@@ -324,7 +356,7 @@ impl Trial<'_> {
         let words = "!document.getElementById('told').hidden && \
                      document.getElementById('words').textContent.includes('The Studio broke')";
         self.browser.wait(words, PATIENCE)?;
-        self.seen("6-broken")?;
+        self.seen("7-broken")?;
         println!("web: a program that breaks says so");
         Ok(())
     }
@@ -335,7 +367,7 @@ impl Trial<'_> {
         self.go("studio/?without")?;
         let words = "location.search === '?without' && document.getElementById('words')?.textContent.includes('has no WebGPU')";
         self.browser.wait(words, PATIENCE)?;
-        self.seen("7-without-webgpu")?;
+        self.seen("8-without-webgpu")?;
         println!("web: a browser without WebGPU is told so");
         Ok(())
     }

@@ -5,17 +5,18 @@ use std::path::PathBuf;
 use std::sync::Arc;
 
 use js_sys::Array;
+use lumivox_browser::pause;
 use lumivox_core::document::SceneDocument;
 use lumivox_core::{Orbit, PerspectiveCamera, Preset, Scene, Volume};
 use wasm_bindgen_futures::spawn_local;
 
 use crate::app::Choice;
-use crate::darkroom::{Darkroom, Exported, Tile};
+use crate::darkroom::{self, Darkroom, Exported, Picture, Tile};
 use crate::jobs::{Busy, Desk, Job, Wake, elsewhere};
 use crate::opening::{Opened, SharedStudy, Shown, Source, Told};
 use crate::parcel::{Errand, OpenedWords, Packer, Unpacker, Word};
 use crate::session::Wanted;
-use crate::web::{Arrived, expose, leaving, send};
+use crate::web::{Arrived, TilePress, expose, leaving, send};
 
 /// Sends an errand, and reads what comes of it. `None` of `read` is what was told of it already.
 fn begin<M: Send + 'static>(
@@ -126,11 +127,62 @@ pub fn show(wanted: Wanted, wake: Wake) -> Job<Shown> {
     begin(Errand::Show(text, scans), &packer, wake, read, Err)
 }
 
-/// Pages show no tiles: those are made on a device that is waited for.
-pub fn tiles(_: Darkroom, _: SceneDocument, _: Arc<Volume>, _: Vec<Preset>, wake: Wake) -> Job<Tile> {
-    let (job, desk) = elsewhere(wake, || {});
-    desk.done();
+/// Samples of a tile's pixels: a processor that does a GPU's work has a second for each tile.
+const TILE_SAMPLES: u32 = 32;
+/// Voxels along each axis that one of a tile's is the mean of at most: the page waits for it.
+const TILE_MEANS: usize = 2;
+
+/// Makes a tile of each of these looks, one after the other: Workers find what is shown, the page's device traces it between frames.
+pub fn tiles(
+    _: Darkroom,
+    document: SceneDocument,
+    scan: Arc<Volume>,
+    looks: Vec<Preset>,
+    wake: Wake,
+) -> Job<Tile> {
+    let (job, desk) = elsewhere(wake.clone(), || {});
+    spawn_local(async move {
+        let small = Arc::new(darkroom::reduced(&scan, darkroom::TILE_VOXELS, TILE_MEANS));
+        drop(scan);
+        if let Ok(mut press) = TilePress::new() {
+            let total = looks.len() as u64;
+            for (done, preset) in (0..).zip(looks) {
+                desk.report(Busy { stage: None, done, total });
+                // A look that cannot be shown has no tile, and says why when it is chosen.
+                if let Ok(Some(picture)) = tile(&mut press, &document, &small, preset, (&desk, &wake)).await {
+                    desk.tell(Tile { preset, picture });
+                }
+                if desk.cancel().is_cancelled() {
+                    break;
+                }
+            }
+        }
+        desk.done();
+        desk.wake();
+    });
     job
+}
+
+async fn tile(
+    press: &mut TilePress,
+    document: &SceneDocument,
+    small: &Arc<Volume>,
+    preset: Preset,
+    (desk, wake): (&Desk<Tile>, &Wake),
+) -> Result<Option<Picture>, String> {
+    let document = darkroom::tile_document(document, preset);
+    let scans = vec![small.clone()];
+    let mut showing = show(Wanted { document: document.clone(), scans, to_cut: None }, wake.clone());
+    let scene = loop {
+        if let Some(shown) = showing.poll().pop() {
+            break shown?.0;
+        }
+        if desk.cancel().is_cancelled() || showing.is_over() {
+            return Ok(None);
+        }
+        pause().await;
+    };
+    press.print(&document, &scene, TILE_SAMPLES, desk).await
 }
 
 /// Renders a picture between frames, and gives it to somebody as a download.

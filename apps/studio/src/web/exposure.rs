@@ -13,7 +13,7 @@ use lumivox_viewport::{Pace, Picture, Viewport};
 use lumivox_wgpu::Gpu;
 
 use super::with_page;
-use crate::darkroom::{self, DEFAULT_SAMPLES, Exported};
+use crate::darkroom::{self, DEFAULT_SAMPLES, Exported, Tile};
 use crate::jobs::{Busy, Desk};
 
 /// Renders what a document says, and keeps it.
@@ -80,6 +80,53 @@ fn of_page(size: [u32; 2]) -> Result<Viewport, String> {
     // All of its pixels, whoever traces them.
     *viewport.pace_mut() = Pace::of(false);
     Ok(viewport)
+}
+
+/// What makes tiles of looks, between frames: kernels are made once for all of them.
+pub(crate) struct TilePress {
+    viewport: Viewport,
+    made: u64,
+}
+
+impl TilePress {
+    /// # Errors
+    /// Where there is no GPU.
+    pub(crate) fn new() -> Result<Self, String> {
+        Ok(Self { viewport: of_page([darkroom::TILE; 2])?, made: 0 })
+    }
+
+    /// A picture of a scene, of so many samples; none where that was cancelled.
+    ///
+    /// # Errors
+    /// Why there is none.
+    pub(crate) async fn print(
+        &mut self,
+        document: &SceneDocument,
+        scene: &Scene,
+        samples: u32,
+        desk: &Desk<Tile>,
+    ) -> Result<Option<darkroom::Picture>, String> {
+        let camera = document.camera.camera(scene, 1.0).ok_or("there is nothing to see")?;
+        let mut display = document.display;
+        if display.background == Backdrop::Transparent {
+            display.background = Backdrop::Color([0; 3]);
+        }
+        self.made += 1;
+        loop {
+            if desk.cancel().is_cancelled() {
+                return Ok(None);
+            }
+            let (version, seed) = (self.made, document.film.seed);
+            let picture = Picture { scene, version, camera: &camera, display: &display, samples, seed };
+            if self.viewport.frame(&picture).map_err(|error| error.to_string())?.rests {
+                break;
+            }
+            pause().await;
+        }
+        let executor = &self.viewport.gpu().executor;
+        let rgba = pixels(executor.device(), executor.queue(), self.viewport.texture()).await?;
+        Ok(Some(darkroom::Picture { size: [darkroom::TILE; 2], rgba }))
+    }
 }
 
 /// What a picture is without what is behind it, of the same picture on black and on white.

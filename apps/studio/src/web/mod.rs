@@ -22,7 +22,7 @@ use crate::settings::{Drawer, Settings};
 use crate::state::{Action, Ask};
 use crate::words::{Language, Word};
 
-pub(crate) use exposure::expose;
+pub(crate) use exposure::{TilePress, expose};
 pub(crate) use worker::{Arrived, leaving};
 
 #[wasm_bindgen]
@@ -111,7 +111,7 @@ impl Page {
             open: vec![],
             drawer: Box::new(Storage),
             chooser: Box::new(Dialogs(hooks)),
-            makes_tiles: false,
+            makes_tiles: true,
         };
         let create: eframe::AppCreator<'static> = Box::new(move |context| {
             let mut app = App::new(context, launch);
@@ -188,6 +188,8 @@ impl Page {
             "part": state.progress.part,
             "isShown": state.progress.is_shown,
             "rests": state.progress.rests,
+            "tiles": state.tiles.len(),
+            "looks": state.looks.len(),
         })
         .to_string()
     }
