@@ -294,9 +294,20 @@ fn twins_have_the_shaders_layout() {
     assert_twin!(Kernel::SampleDirections, SampleParams { axis, sampler, anisotropy, count, padding });
 }
 
+/// Of every fifth: neighbours differ by flags, which a step of a power of two would leave as they are.
 #[test]
+fn kernels_do_without_uniform_buffers() {
+    do_without_uniform_buffers(Kernel::all().step_by(5));
+}
+
+#[test]
+#[ignore = "slow: script/test --all"]
 fn every_kernel_does_without_uniform_buffers() {
-    for kernel in Kernel::all() {
+    do_without_uniform_buffers(Kernel::all());
+}
+
+fn do_without_uniform_buffers(kernels: impl Iterator<Item = Kernel>) {
+    for kernel in kernels {
         let text = kernel.wgsl_without_uniforms();
         let module =
             naga::front::wgsl::parse_str(&text).unwrap_or_else(|e| panic!("{}", e.emit_to_string(&text)));
