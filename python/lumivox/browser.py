@@ -1,15 +1,17 @@
 """The renderer in a page: what the notebook's widget sends to a browser that has WebGPU, in place of pictures.
 
-Wheels carry the npm package ``lumivox`` in the folder ``web``. Without it, as in a wheel that was made without, a page shows what the
-kernel renders.
+Wheels carry the npm package ``lumivox`` in the folder ``web``. With one that was made without it, a page shows what the kernel
+renders.
 """
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
 import numpy as np
+import numpy.typing as npt
 
 from lumivox import _document
 from lumivox.image import Display
@@ -56,14 +58,18 @@ def obstacle(scene: Scene) -> str | None:
 
 
 def parts(scene: Scene) -> tuple[list[dict[str, Any]], list[memoryview]]:
-    """What a page makes the scans of a scene of: what is said of each, and the bytes of voxels, and of labels where it has some."""
+    """What a page makes scans of: what is said of each, and the bytes of voxels, and of labels where it has some."""
     told, sent = [], []
     for one in scene.volumes:
         told.append(_told(one))
-        sent.append(memoryview(np.ascontiguousarray(one.volume.array)).cast("B"))
+        sent.append(_bytes(one.volume.array))
         if one.labels is not None:
-            sent.append(memoryview(np.ascontiguousarray(one.labels.array)).cast("B"))
+            sent.append(_bytes(one.labels.array))
     return told, sent
+
+
+def _bytes(array: npt.NDArray[Any]) -> memoryview:
+    return np.ascontiguousarray(array).data.cast("B")
 
 
 def _told(one: VolumeInstance) -> dict[str, Any]:
@@ -80,13 +86,11 @@ def _told(one: VolumeInstance) -> dict[str, Any]:
         },
     }
     if one.labels is not None:
-        words["labels"] = [
-            {"value": label.value, "name": label.name, "color": list(label.color)} for label in one.labels.labels
-        ]
+        words["labels"] = [{"value": label.value, "name": label.name, "color": list(label.color)} for label in one.labels.labels]
     return words
 
 
-def document(scene: Scene, display: Display, seed: int, camera: dict[str, float]) -> str:
+def document(scene: Scene, display: Display, seed: int, camera: Mapping[str, float | None]) -> str:
     """The scene document that a page shows."""
     words = {name: getattr(display, name) for name in ("exposure", "tone", "gamma")}
     behind = BEHIND if display.background == "transparent" else display.background

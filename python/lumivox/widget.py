@@ -5,8 +5,8 @@
     view = widget.View(scan)
     view
 
-Needs anywidget (``pip install 'lumivox[widget]'``). Where the browser has a graphics card, it renders itself. What was set with the mouse is there as attributes: ``view.azimuth``,
-``view.transfer_function``; ``view.image`` is what is shown.
+Needs anywidget (``pip install 'lumivox[widget]'``). Where the browser has a graphics card, it renders itself. What was set with
+the mouse is there as attributes: ``view.azimuth``, ``view.transfer_function``; ``view.image`` is what is shown.
 """
 
 from __future__ import annotations
@@ -90,6 +90,11 @@ class View(anywidget.AnyWidget):  # type: ignore[misc]
             scan,
             {**options, "size": size, "samples": samples, **({} if curve is None else {"transfer_function": curve})},  # type: ignore[typeddict-item]
         )
+        why = browser.obstacle(planned.scene)
+        can_page = why is None and browser.has_program()
+        if in_browser and not can_page:
+            missing = "this lumivox was made without the program for browsers"
+            raise ValueError(f"in_browser: {missing if why is None else f'a browser cannot show this: {why}'}")
         super().__init__()
         self._scan, self._display, self._seed = scan, planned.display, planned.request.seed
         self._fov = planned.camera.fov
@@ -119,11 +124,7 @@ class View(anywidget.AnyWidget):  # type: ignore[misc]
         if curve is not None:
             self.transfer_function = planned.scene.volumes[0].medium.transfer_function
             self._edited = True
-        why = browser.obstacle(planned.scene)
-        if in_browser and (why is not None or not browser.has_program()):
-            what = "this lumivox was made without the program for browsers" if why is None else f"a browser cannot show this: {why}"
-            raise ValueError(f"in_browser: {what}")
-        if in_browser is not False and why is None and browser.has_program():
+        if can_page and in_browser is not False:
             self.page_renders = "always" if in_browser else "card"
             self.on_msg(self._on_page)
         self.observe(self._on_preset, ["preset"])
@@ -140,7 +141,7 @@ class View(anywidget.AnyWidget):  # type: ignore[misc]
 
     @property
     def image(self) -> Image | None:
-        """What is shown; ``None`` before there is anything. Where a browser renders, the kernel renders this when it is asked for."""
+        """What is shown; ``None`` before there is anything. Where a browser renders, this is rendered anew by the kernel."""
         if self._live is not None and not self._live.renders:
             return self._live.now(self._settings())
         return self._image
@@ -233,7 +234,7 @@ class View(anywidget.AnyWidget):  # type: ignore[misc]
         """Sends pages a scene, and its voxels where they have others."""
         self.message = ""
         volumes = tuple(one.volume for one in scene.volumes)
-        if self._sent is None or any(a.native is not b.native for a, b in zip(self._sent, volumes, strict=True)):
+        if self._sent != volumes:
             told, sent = browser.parts(scene)
             self.send({"kind": "scans", "scans": told}, sent)
             self._sent = volumes

@@ -320,9 +320,7 @@ def test_labels_are_sent_with_their_voxels(monkeypatch: pytest.MonkeyPatch, tmp_
         view.close()
 
 
-def test_what_a_page_cannot_show_the_kernel_does(
-    head: lumivox.Volume, monkeypatch: pytest.MonkeyPatch, tmp_path: Path
-) -> None:
+def test_what_a_page_cannot_show_the_kernel_does(head: lumivox.Volume, monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
     view, _ = in_page(head, monkeypatch, tmp_path, in_browser=False)
     view.close()
     assert view.page_renders == "never"
@@ -336,8 +334,8 @@ def test_what_a_page_cannot_show_the_kernel_does(
         widget.View(head, size=(32, 24), samples=4, peel_mm=4.0, in_browser=True)
     with pytest.raises(TypeError, match="in_browser"):
         widget.View(head, size=(32, 24), in_browser="yes")  # type: ignore[arg-type]
-    monkeypatch.setattr(browser, "MOST_SENT", 1000)
-    assert browser.obstacle(lumivox.Scene.of(head)) == "it is large"
     monkeypatch.setattr(browser, "FOLDER", tmp_path / "nowhere")
     with pytest.raises(ValueError, match=r"^in_browser: this lumivox was made without the program for browsers$"):
         widget.View(head, size=(32, 24), samples=4, in_browser=True)
+    monkeypatch.setattr(browser, "MOST_SENT", 1000)
+    assert browser.obstacle(lumivox.Scene.of(head)) == "it is large"
