@@ -22,7 +22,9 @@ export function load(from) {
 }
 
 async function compiled(from) {
-    if (from instanceof ArrayBuffer || ArrayBuffer.isView(from)) return WebAssembly.compile(from);
+    if (from instanceof ArrayBuffer) return WebAssembly.compile(from);
+    // Chromium compiles no DataView.
+    if (ArrayBuffer.isView(from)) return WebAssembly.compile(new Uint8Array(from.buffer, from.byteOffset, from.byteLength));
     const answer = await fetch(from);
     if (!answer.ok) throw new Error(`${from}: ${answer.status} ${answer.statusText}`);
     return WebAssembly.compile(await answer.arrayBuffer());

@@ -15,7 +15,7 @@ from contextlib import contextmanager
 from pathlib import Path
 
 import pytest
-from playwright.sync_api import Locator, Page, expect, sync_playwright
+from playwright.sync_api import Locator, Page, Playwright, expect, sync_playwright
 
 CELL = """import lumivox
 from lumivox import widget
@@ -24,7 +24,7 @@ view"""
 
 IN_BROWSER = """import lumivox
 from lumivox import widget
-view = widget.View(lumivox.phantom("head", 32), size=(160, 160), samples=64, preset="ct-bone", azimuth=30, in_browser=True)
+view = widget.View(lumivox.phantom("head", 32), size=(160, 160), samples=16, preset="ct-bone", azimuth=30, in_browser=True)
 view"""
 
 SOFTWARE_GPU = [
@@ -85,30 +85,35 @@ def server(tmp_path_factory: pytest.TempPathFactory) -> Iterator[str]:
 
 
 @pytest.fixture(scope="module")
-def page(server: str) -> Iterator[Page]:
+def play() -> Iterator[Playwright]:
+    with sync_playwright() as play:
+        yield play
+
+
+@pytest.fixture(scope="module")
+def page(play: Playwright, server: str) -> Iterator[Page]:
     """The notebook, its cell run."""
-    with opened(f"{server}/view.ipynb") as page:
+    with opened(play, f"{server}/view.ipynb") as page:
         yield page
 
 
 @contextmanager
-def opened(address: str, *options: str) -> Iterator[Page]:
+def opened(play: Playwright, address: str, *options: str) -> Iterator[Page]:
     """A notebook in Chromium, its cell run."""
-    with sync_playwright() as play:
-        # As root, a browser has no sandbox; what it shows is our own.
-        browser = play.chromium.launch(executable_path=os.environ["LUMIVOX_BROWSER"], args=["--no-sandbox", *options])
-        page = browser.new_page(viewport={"width": 900, "height": 820})
-        page.set_default_timeout(WAIT)
-        said: list[str] = []
-        page.on("pageerror", lambda error: said.append(str(error)))
-        page.goto(address)
-        # Sooner, a cell would be run by nobody.
-        expect(page.get_by_text(re.compile(r"\| Idle$"))).to_be_visible(timeout=WAIT)
-        page.locator(".jp-Notebook .cm-content").first.click()
-        page.keyboard.press("Shift+Enter")
-        yield page
-        assert said == [], "the page raised nothing"
-        browser.close()
+    # As root, a browser has no sandbox; what it shows is our own.
+    browser = play.chromium.launch(executable_path=os.environ["LUMIVOX_BROWSER"], args=["--no-sandbox", *options])
+    page = browser.new_page(viewport={"width": 900, "height": 820})
+    page.set_default_timeout(WAIT)
+    said: list[str] = []
+    page.on("pageerror", lambda error: said.append(str(error)))
+    page.goto(address)
+    # Sooner, a cell would be run by nobody.
+    expect(page.get_by_text(re.compile(r"\| Idle$"))).to_be_visible(timeout=WAIT)
+    page.locator(".jp-Notebook .cm-content").first.click()
+    page.keyboard.press("Shift+Enter")
+    yield page
+    assert said == [], "the page raised nothing"
+    browser.close()
 
 
 def rests(page: Page, unlike: bytes = b"") -> bytes:
@@ -227,12 +232,20 @@ def means(page: Page, png: bytes) -> list[int]:
     return found
 
 
-def test_a_browser_with_a_gpu_renders_itself(server: str) -> None:
-    with opened(f"{server}/page.ipynb", *SOFTWARE_GPU) as page:
+def rests_unlike(page: Page, canvas: Locator, before: bytes) -> None:
+    """Waits until a page has rendered another picture."""
+    deadline = time.monotonic() + WAIT / 1e3
+    while canvas.screenshot() == before or not output(page).get_by_text("16 of 16 samples").is_visible():
+        assert time.monotonic() < deadline, "it shows what it showed"
+        page.wait_for_timeout(100)
+
+
+def test_a_browser_with_a_gpu_renders_itself(play: Playwright, server: str) -> None:
+    with opened(play, f"{server}/page.ipynb", *SOFTWARE_GPU) as page:
         canvas = output(page).locator("canvas").first
         expect(canvas).to_be_visible(timeout=WAIT)
         # What it shows comes back to the kernel, which renders nothing.
-        expect(output(page).get_by_text("64 of 64 samples")).to_be_visible(timeout=WAIT)
+        expect(output(page).get_by_text("16 of 16 samples")).to_be_visible(timeout=WAIT)
         assert asked(page, "view._live.renders, view.page_renders") == "False always"
         kept(page, "notebook-in-browser")
         first = canvas.screenshot()
@@ -246,15 +259,10 @@ def test_a_browser_with_a_gpu_renders_itself(server: str) -> None:
         page.mouse.down()
         page.mouse.move(x - 40, y, steps=4)
         page.mouse.up()
-        deadline = time.monotonic() + WAIT / 1e3
-        while canvas.screenshot() == first or not output(page).get_by_text("64 of 64 samples").is_visible():
-            assert time.monotonic() < deadline, "it does not turn"
-            page.wait_for_timeout(100)
+        rests_unlike(page, canvas, first)
         assert asked(page, "round(view.azimuth, 1)") == "75.0"
         turned = canvas.screenshot()
         output(page).get_by_label("Preset").select_option("ct-skin")
-        while canvas.screenshot() == turned or not output(page).get_by_text("64 of 64 samples").is_visible():
-            assert time.monotonic() < deadline, "its look does not change"
-            page.wait_for_timeout(100)
+        rests_unlike(page, canvas, turned)
         kept(page, "notebook-in-browser-skin")
         expect(output(page).get_by_role("alert")).to_be_hidden()
