@@ -11,6 +11,9 @@ use crate::session::Session;
 use crate::state::Strip;
 use crate::words::Word;
 
+/// Samples of the picture from which looks are made pictures of, too: where a processor traces, it rests minutes later.
+const ENOUGH: u32 = 64;
+
 impl App {
     /// What jobs have told.
     pub(super) fn poll(&mut self, context: &egui::Context) {
@@ -87,7 +90,7 @@ impl App {
         }
     }
 
-    /// Begins with tiles that are wanted, once the picture itself has what a device gives.
+    /// Begins with tiles that are wanted, once the picture itself is clean enough to look at.
     fn make_tiles(&mut self) {
         let is_busy = self.tiling.is_some() || self.exporting.is_some() || self.opening.is_some();
         let is_wanted = |look: &Preset| !self.state.tiles.contains_key(look);
@@ -96,7 +99,7 @@ impl App {
             || is_busy
             || looks.is_empty()
             || self.were_tiles_made
-            || !self.state.progress.rests
+            || !(self.state.progress.rests || self.state.progress.samples >= ENOUGH)
         {
             return;
         }

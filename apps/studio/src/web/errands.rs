@@ -16,7 +16,7 @@ use crate::jobs::{Busy, Desk, Job, Wake, elsewhere};
 use crate::opening::{Opened, SharedStudy, Shown, Source, Told};
 use crate::parcel::{Errand, OpenedWords, Packer, Unpacker, Word};
 use crate::session::Wanted;
-use crate::web::{Arrived, TilePress, expose, leaving, send};
+use crate::web::{Arrived, TilePress, expose, is_software, leaving, send};
 
 /// Sends an errand, and reads what comes of it. `None` of `read` is what was told of it already.
 fn begin<M: Send + 'static>(
@@ -127,8 +127,8 @@ pub fn show(wanted: Wanted, wake: Wake) -> Job<Shown> {
     begin(Errand::Show(text, scans), &packer, wake, read, Err)
 }
 
-/// Samples of a tile's pixels: a processor that does a GPU's work has a second for each tile.
-const TILE_SAMPLES: u32 = 32;
+/// Samples of a tile's pixels; and where a processor does the work of a GPU, which has some seconds for each.
+const TILE_SAMPLES: [u32; 2] = [64, 8];
 /// Voxels along each axis that one of a tile's is the mean of at most: the page waits for it.
 const TILE_MEANS: usize = 2;
 
@@ -182,7 +182,8 @@ async fn tile(
         }
         pause().await;
     };
-    press.print(&document, &scene, TILE_SAMPLES, desk).await
+    let samples = TILE_SAMPLES[usize::from(is_software())];
+    press.print(&document, &scene, samples, desk).await
 }
 
 /// Renders a picture between frames, and gives it to somebody as a download.

@@ -50,6 +50,7 @@ extern "C" {
 /// What belongs to the page: it has one thread.
 pub(crate) struct Surroundings {
     hooks: Hooks,
+    software: bool,
     device: Option<(eframe::wgpu::Device, eframe::wgpu::Queue)>,
     /// How that device stores voxels best, where it said so.
     fine_texels: Option<FineTexels>,
@@ -86,6 +87,11 @@ pub(crate) fn with_page<T>(work: impl FnOnce(&Surroundings) -> T) -> Option<T> {
     SURROUNDINGS.with(|page| page.borrow().as_ref().map(work))
 }
 
+/// Whether a processor does the work of a GPU.
+pub(crate) fn is_software() -> bool {
+    with_page(|page| page.software).unwrap_or_default()
+}
+
 /// The program in a page.
 #[wasm_bindgen]
 pub struct Page(eframe::WebRunner);
@@ -103,7 +109,8 @@ impl Page {
     ) -> Result<Page, JsValue> {
         begin();
         SURROUNDINGS.with(|page| {
-            *page.borrow_mut() = Some(Surroundings { hooks: hooks.clone(), device: None, fine_texels: None })
+            *page.borrow_mut() =
+                Some(Surroundings { hooks: hooks.clone(), software, device: None, fine_texels: None })
         });
         let runner = eframe::WebRunner::new();
         let options = eframe::WebOptions { wgpu_options: crate::gpu_options(), ..Default::default() };
