@@ -202,7 +202,8 @@ fn window_example(program: &Path, command: &Path, output: &mut String) -> Result
 }
 
 /// Whether what browsers and Windows would compile does, by one compiler that is fetched, into a folder of its own, and the Studio's page
-/// shows something in a browser. Where all is tested, the page and the npm package are made as they are shipped and tried, too, and `script/test` has made what is for Windows.
+/// shows something in a browser. Where all is tested, the page and the npm package are made as they are shipped and tried, too, and
+/// `script/test` has made what is for Windows.
 fn other_systems(scope: Scope, programs: &Programs) -> Job {
     let is_linux = cfg!(target_os = "linux");
     let is_usual_linux = is_linux && cfg!(target_arch = "x86_64");
