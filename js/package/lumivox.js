@@ -38,11 +38,20 @@ export async function obstacle() {
 async function gpu() {
     if (!globalThis.isSecureContext) return { obstacle: 'Browsers give WebGPU only to pages that come by https or from this machine (127.0.0.1).' };
     if (!navigator.gpu) return { obstacle: `This browser has no WebGPU. ${NEEDS}` };
-    const adapter = await navigator.gpu.requestAdapter({ powerPreference: 'high-performance' });
+    const adapter = await adapterOf(navigator.gpu);
     if (!adapter) return { obstacle: `This browser has WebGPU, but finds no graphics card for it, or does not trust its driver. ${NEEDS}` };
     const { vendor = '', architecture = '', description = '', isFallbackAdapter } = adapter.info ?? {};
     const words = `${vendor} ${architecture} ${description}`;
     return { obstacle: '', software: Boolean(isFallbackAdapter) || /swiftshader|llvmpipe|basic render/i.test(words) };
+}
+
+/** A browser that has just begun, or whose GPU's process begins again, finds no graphics card for a moment. */
+async function adapterOf(gpu) {
+    for (let tries = 3; ; tries--) {
+        const adapter = await gpu.requestAdapter({ powerPreference: 'high-performance' });
+        if (adapter || tries === 0) return adapter;
+        await new Promise((done) => setTimeout(done, 400));
+    }
 }
 
 /** The looks there are. */

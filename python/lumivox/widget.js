@@ -46,7 +46,12 @@ function scansOf(lumivox, told, buffers) {
 // Whether this page is to render itself.
 async function rendersHere(when) {
   if (when === "never" || !globalThis.isSecureContext) return false;
-  const adapter = await navigator.gpu?.requestAdapter({ powerPreference: "high-performance" });
+  let adapter;
+  // A browser that has just begun finds no graphics card for a moment.
+  for (let tries = 3; !adapter && navigator.gpu && tries > 0; tries -= 1) {
+    adapter = await navigator.gpu.requestAdapter({ powerPreference: "high-performance" });
+    if (!adapter) await new Promise((done) => setTimeout(done, 400));
+  }
   if (!adapter) return false;
   const { vendor = "", architecture = "", description = "", isFallbackAdapter } = adapter.info ?? {};
   const isSoftware = isFallbackAdapter || /swiftshader|llvmpipe|basic render/i.test(`${vendor} ${architecture} ${description}`);

@@ -40,11 +40,20 @@ function say(words) {
 const NEEDS = 'Chrome and Edge have it (113 or newer; on Linux it may have to be switched on), Safari 26, and Firefox 141 on '
     + 'Windows. The Studio for the desktop needs no browser.';
 
+/** A browser that has just begun, or whose GPU's process begins again, finds no graphics card for a moment. */
+async function adapterOf(gpu) {
+    for (let tries = 3; ; tries--) {
+        const adapter = await gpu.requestAdapter({ powerPreference: 'high-performance' });
+        if (adapter || tries === 0) return adapter;
+        await new Promise((done) => setTimeout(done, 400));
+    }
+}
+
 /** Why there can be no picture, in words; nothing where there can. */
 async function obstacle() {
     if (!window.isSecureContext) return 'Browsers give WebGPU only to pages that come by https or from this machine (127.0.0.1).';
     if (!navigator.gpu) return `This browser has no WebGPU, by which the Studio computes pictures. ${NEEDS}`;
-    const adapter = await navigator.gpu.requestAdapter({ powerPreference: 'high-performance' });
+    const adapter = await adapterOf(navigator.gpu);
     if (!adapter) return `This browser has WebGPU, but finds no graphics card for it, or does not trust its driver. ${NEEDS}`;
     const { vendor = '', architecture = '', description = '' } = adapter.info ?? {};
     return { software: adapter.info?.isFallbackAdapter || /swiftshader|llvmpipe|basic render/i.test(`${vendor} ${architecture} ${description}`) };
