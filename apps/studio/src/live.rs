@@ -1,9 +1,12 @@
 //! The path-traced view as a picture of the interface's.
 
+use std::time::Duration;
+
 use eframe::egui::TextureId;
 use eframe::egui_wgpu::RenderState;
 use eframe::wgpu;
 use lumivox_core::document::Display;
+use lumivox_core::host::Moment;
 use lumivox_viewport::{Picture, Progress, Viewport};
 use lumivox_wgpu::Gpu;
 
@@ -19,14 +22,20 @@ pub struct Live {
     state: RenderState,
     samples: u32,
     most_pixels: u32,
-    /// The version of the scene that kernels are made for already.
-    prepared: Option<u64>,
+    /// The version of the scene that kernels are made for already, and since when.
+    prepared: Option<(u64, Moment)>,
+    patience: Option<Duration>,
 }
+
+/// So long it is waited for what is shown of a scan before all that was scanned is drawn meanwhile.
+const PATIENCE: Duration = Duration::from_millis(1500);
 
 impl Live {
     /// A view on the interface's own device. Until a scan is open it costs next to nothing.
     pub fn new(state: &RenderState) -> Self {
         let gpu = Gpu::of_device(state.device.clone(), state.queue.clone());
+        // A processor that does the work of a GPU has enough to do with looking for it.
+        let patience = (!gpu.description.software).then_some(PATIENCE);
         let viewport = Viewport::new(gpu, [1, 1]);
         let view = viewport.texture().create_view(&Default::default());
         let texture =
@@ -38,6 +47,7 @@ impl Live {
             samples: SAMPLES,
             most_pixels: u32::MAX,
             prepared: None,
+            patience,
         }
     }
 
@@ -76,12 +86,24 @@ impl Live {
         &mut self.viewport
     }
 
-    /// Makes what a session's scene is drawn with, once, while it is looked for what is shown of it.
-    pub fn prepare(&mut self, session: &Session) {
+    /// Says how long it is waited for what is shown of a scan before all that was scanned is drawn meanwhile: without an end where there is none.
+    pub fn set_patience(&mut self, patience: Option<Duration>) {
+        self.patience = patience;
+    }
+
+    /// Makes what a session's scene is drawn with, once, while it is looked for what is shown of it. Whether that takes so long that all of the
+    /// scan is to be drawn.
+    pub fn prepare(&mut self, session: &Session) -> bool {
         let (scene, version) = session.scene();
-        if self.prepared != Some(version) {
-            self.viewport.prepare(scene);
-            self.prepared = Some(version);
+        match self.prepared {
+            Some((prepared, since)) if prepared == version => {
+                self.patience.is_some_and(|patience| since.elapsed() >= patience)
+            }
+            _ => {
+                self.viewport.prepare(scene);
+                self.prepared = Some((version, Moment::now()));
+                false
+            }
         }
     }
 

@@ -16,6 +16,9 @@ use crate::state::{Action, Probe, State, Tool, ViewId};
 use crate::theme::{ON_VIEW, VIEW_GROUND, palette};
 use crate::words::Word;
 
+/// All of a texture.
+const WHOLE: Rect = Rect::from_min_max(pos2(0.0, 0.0), pos2(1.0, 1.0));
+
 /// The view.
 pub fn show(ui: &mut Ui, rect: Rect, state: &mut State, live: Option<&mut Live>) {
     let response = interact(ui, rect, ViewId::ThreeD, state);
@@ -27,10 +30,18 @@ pub fn show(ui: &mut Ui, rect: Rect, state: &mut State, live: Option<&mut Live>)
     }
     let (Some(session), Some(live)) = (&state.session, live) else { return };
     if session.is_coming() {
-        live.prepare(session);
+        if live.prepare(session) {
+            // What is wrong with it is told once it is there.
+            state.progress = live.draw(session, state.view_size).unwrap_or_default();
+            ui.ctx().request_repaint();
+        }
         let painter = ui.painter_at(rect);
-        marks::title(&painter, rect, state.say(Word::ThreeD), palette(state.settings.is_dark).accent);
-        return prepares(&painter, rect, state);
+        if state.progress.is_shown {
+            painter.image(live.texture(), rect, WHOLE, Color32::WHITE);
+        } else {
+            prepares(&painter, rect, state);
+        }
+        return marks::title(&painter, rect, state.say(Word::ThreeD), palette(state.settings.is_dark).accent);
     }
     match live.draw(session, state.view_size) {
         Ok(progress) => state.progress = progress,
@@ -41,8 +52,7 @@ pub fn show(ui: &mut Ui, rect: Rect, state: &mut State, live: Option<&mut Live>)
             }
         }
     }
-    let whole = Rect::from_min_max(pos2(0.0, 0.0), pos2(1.0, 1.0));
-    ui.painter().image(live.texture(), rect, whole, Color32::WHITE);
+    ui.painter().image(live.texture(), rect, WHOLE, Color32::WHITE);
     if !state.progress.rests {
         ui.ctx().request_repaint();
     }

@@ -124,6 +124,9 @@ impl Page {
             let mut app = App::new(context, launch);
             if let Some(live) = app.live_mut() {
                 *live.viewport_mut().pace_mut() = pace(software);
+                if software {
+                    live.set_patience(None);
+                }
                 let state = live.render_state();
                 let device = Some((state.device.clone(), state.queue.clone()));
                 SURROUNDINGS.with(|page| {

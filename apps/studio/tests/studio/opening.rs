@@ -191,6 +191,26 @@ fn keep(studio: &Studio) -> Keep {
     session(studio).document().volumes[0].scan.keep
 }
 
+/// Looking for the patient takes a browser long.
+#[test]
+fn all_that_was_scanned_is_seen_meanwhile_where_a_gpu_has_time_for_that() {
+    let _alone = alone();
+    let (mut studio, scan, _folder) = beside_a_head(32);
+    let studio = &mut studio;
+    studio.state_mut().live_mut().unwrap().set_patience(Some(Duration::ZERO));
+    let (send, found) = begin_scan(studio, &scan);
+    wait(studio, "all of it is seen", |app| app.state.progress.is_shown);
+    assert!(session(studio).is_coming() && is_whole(studio));
+    let seen = screenshot(studio, "08-all-meanwhile");
+    let rect = view(studio, "3D");
+    let middle = egui::Rect::from_center_size(rect.center(), rect.size() * 0.2);
+    assert!(seen.mean(middle) > 40.0, "{}", seen.mean(middle));
+    send.send(found).unwrap();
+    wait(studio, "it is found", |app| app.state.session.as_ref().is_some_and(|session| !session.is_coming()));
+    assert!(!is_whole(studio));
+    wait(studio, "the patient is seen", |app| app.state.progress.is_shown);
+}
+
 #[test]
 fn slices_are_seen_before_it_is_found_what_is_shown() {
     let _alone = alone();
