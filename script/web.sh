@@ -60,7 +60,7 @@ RUN
 )
 
 # What browsers that have WebGPU have, too, and the compiler uses.
-WASM_FEATURES="--enable-simd --enable-bulk-memory --enable-nontrapping-float-to-int --enable-sign-ext --enable-mutable-globals --enable-multivalue --enable-reference-types"
+WASM_FEATURES="--enable-bulk-memory --enable-nontrapping-float-to-int --enable-sign-ext --enable-mutable-globals --enable-multivalue --enable-reference-types"
 
 # Refuses a folder $1 that holds something else than what is made there, which has a file $2.
 need_own_folder() {
@@ -79,8 +79,8 @@ wasm_cargo() {
     local target
     target=$(target_folder)
     # In a folder of its own: what another compiler has made serves nobody else.
-    # What is built lies within the sources mostly. Browsers that have WebGPU have vectors, too.
-    CARGO_ENCODED_RUSTFLAGS=-Ctarget-feature=+simd128$(printf '\037')$(CARGO_ENCODED_RUSTFLAGS='' nameless "$PWD=/lumivox" "${CARGO_HOME:-$HOME/.cargo}/registry/src=/crates" "$target=/target") \
+    # What is built lies within the sources mostly.
+    CARGO_ENCODED_RUSTFLAGS=$(nameless "$PWD=/lumivox" "${CARGO_HOME:-$HOME/.cargo}/registry/src=/crates" "$target=/target") \
         CARGO_TARGET_WASM32_UNKNOWN_UNKNOWN_LINKER=$WEB_TOOLS/wasm-ld CARGO_PROFILE_RELEASE_DEBUG=false \
         "${CARGO:-cargo}" "$1" ${CI:+--locked} --release --quiet --target "$WASM_TARGET" --target-dir "$target/wasm" --lib "${@:2}" </dev/null
 }
