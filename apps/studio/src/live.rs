@@ -5,7 +5,8 @@ use std::time::Duration;
 use eframe::egui::TextureId;
 use eframe::egui_wgpu::RenderState;
 use eframe::wgpu;
-use lumivox_core::document::Display;
+use lumivox_core::PerspectiveCamera;
+use lumivox_core::document::{Display, View};
 use lumivox_core::host::Moment;
 use lumivox_viewport::{Picture, Progress, Viewport};
 use lumivox_wgpu::Gpu;
@@ -25,6 +26,8 @@ pub struct Live {
     /// The version of the scene that kernels are made for already, and since when.
     prepared: Option<(u64, Moment)>,
     patience: Option<Duration>,
+    /// From where a scan that is still coming is seen, by its version and the view's size: to find that takes a while.
+    meanwhile: Option<(u64, [u32; 2], PerspectiveCamera)>,
 }
 
 /// So long it is waited for what is shown of a scan before all that was scanned is drawn meanwhile.
@@ -48,6 +51,7 @@ impl Live {
             most_pixels: u32::MAX,
             prepared: None,
             patience,
+            meanwhile: None,
         }
     }
 
@@ -124,12 +128,20 @@ impl Live {
             );
         }
         let (scene, version) = session.scene();
+        let known = self
+            .meanwhile
+            .filter(|(of, in_view, _)| session.fits_meanwhile() && (*of, *in_view) == (version, size));
+        if known.is_none() {
+            let aspect = f64::from(size[0]) / f64::from(size[1]);
+            let fits = session.fits_meanwhile().then(|| View::default().camera(scene, aspect));
+            self.meanwhile = fits.flatten().map(|camera| (version, size, camera));
+        }
         let document = session.document();
         let display: &Display = &document.display;
         let picture = Picture {
             scene,
             version,
-            camera: session.camera(),
+            camera: self.meanwhile.as_ref().map_or(session.camera(), |(_, _, camera)| camera),
             display,
             samples: self.samples,
             seed: document.film.seed,

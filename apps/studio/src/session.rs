@@ -233,6 +233,11 @@ impl Session {
         &self.camera
     }
 
+    /// Whether all of a scan is to fit the view, of which it is still looked for what is shown: until somebody turns it.
+    pub fn fits_meanwhile(&self) -> bool {
+        self.is_coming && self.unframed.as_ref() == Some(&self.document().camera)
+    }
+
     /// The view has that shape, width over height: what nobody framed otherwise is framed for it, once.
     pub fn fit(&mut self, aspect: f64) {
         if !self.is_coming
