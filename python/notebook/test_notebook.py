@@ -241,7 +241,8 @@ def rests_unlike(page: Page, canvas: Locator, before: bytes) -> None:
 
 
 def test_a_browser_with_a_gpu_renders_itself(play: Playwright, server: str) -> None:
-    with opened(play, f"{server}/page.ipynb", *SOFTWARE_GPU) as page:
+    # The other notebook is open in the workspace that is left.
+    with opened(play, f"{server}/page.ipynb?reset", *SOFTWARE_GPU) as page:
         canvas = output(page).locator("canvas").first
         expect(canvas).to_be_visible(timeout=WAIT)
         # What it shows comes back to the kernel, which renders nothing.
