@@ -48,6 +48,13 @@ nameless() {
     printf '%s' "$flags"
 }
 
+# Makes what the notebook's widget sends to browsers, of the npm package that is made in the folder $1, and puts it into the Python package.
+make_notebooks_page() {
+    local web=python/lumivox/web
+    rm -rf "$web"
+    script/js --out "$1" && mkdir "$web" && cp "$1"/lumivox.js "$1"/lumivox_wasm.js "$1"/lumivox_wasm_bg.wasm "$web/"
+}
+
 # Whether the loader finds the library $1.
 has_library() {
     # Not grep -q: it stops reading, and pipefail would take ldconfig's broken pipe for an answer.

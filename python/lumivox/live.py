@@ -195,7 +195,8 @@ class Live:
     def _scene(self, settings: Settings) -> Scene:
         """The scene of a look; the last is kept, for most changes are the camera's."""
         key = (settings.preset, settings.transfer_function)
-        if key not in self._scenes:
+        scene = self._scenes.get(key)
+        if scene is None:
             looks: Any = {name: value for name, value in self._options.items() if name in rendering.LOOK}
             scene = Scene.of(self._scan, **{**looks, "preset": settings.preset})
             if settings.transfer_function is not None:
@@ -203,7 +204,7 @@ class Live:
                 medium = replace(instance.medium, transfer_function=settings.transfer_function)
                 scene = replace(scene, volumes=(replace(instance, medium=medium),))
             self._scenes = {key: scene}
-        return self._scenes[key]
+        return scene
 
 
 def usual_angles(scene: Scene) -> tuple[float, float]:

@@ -214,10 +214,13 @@ class View(anywidget.AnyWidget):  # type: ignore[misc]
         if self._live is None:
             return
         if kind == "picture" and buffers:
-            self.samples, self.png = int(content.get("samples", 0)), bytes(buffers[0])
+            if not self._live.renders:
+                self.samples, self.png = int(content.get("samples", 0)), bytes(buffers[0])
             return
         if kind == "pictures":
             self._wants_pictures = True
+            if self._live.renders:
+                return
         elif kind == "begin":
             self.message = ""
             self.send({"kind": "program"}, browser.program())

@@ -25,6 +25,7 @@ pub struct Live {
     most_pixels: u32,
     /// The version of the scene that kernels are made for already, and since when.
     prepared: Option<(u64, Moment)>,
+    /// How long it is waited for what is shown of a scan before all of it is drawn.
     patience: Option<Duration>,
     /// From where a scan that is still coming is seen, by its version and the view's size: to find that takes a while.
     meanwhile: Option<(u64, [u32; 2], PerspectiveCamera)>,

@@ -33,7 +33,9 @@ pub fn show(ui: &mut Ui, rect: Rect, state: &mut State, live: Option<&mut Live>)
         if live.prepare(session) {
             // What is wrong with it is told once it is there.
             state.progress = live.draw(session, state.view_size).unwrap_or_default();
-            ui.ctx().request_repaint();
+            if !state.progress.rests {
+                ui.ctx().request_repaint();
+            }
         }
         let painter = ui.painter_at(rect);
         if state.progress.is_shown {
