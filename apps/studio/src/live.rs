@@ -8,7 +8,7 @@ use eframe::wgpu;
 use lumivox_core::PerspectiveCamera;
 use lumivox_core::document::{Display, View};
 use lumivox_core::host::Moment;
-use lumivox_viewport::{Picture, Progress, Viewport};
+use lumivox_viewport::{Picture, PictureProgress, Viewport};
 use lumivox_wgpu::Gpu;
 
 use crate::session::Session;
@@ -116,7 +116,7 @@ impl Live {
     ///
     /// # Errors
     /// Why nothing is shown.
-    pub fn draw(&mut self, session: &Session, size: [u32; 2]) -> Result<Progress, String> {
+    pub fn draw(&mut self, session: &Session, size: [u32; 2]) -> Result<PictureProgress, String> {
         let pixels = size.map(f64::from).iter().product::<f64>();
         let share = (f64::from(self.most_pixels) / pixels).sqrt().min(1.0);
         if self.viewport.resize(size.map(|n| (f64::from(n) * share).ceil() as u32)) {

@@ -48,7 +48,7 @@ pub struct Picture<'a> {
 
 /// How far the picture is.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
-pub struct Progress {
+pub struct PictureProgress {
     /// Samples that every pixel has.
     pub samples: u32,
     /// The part of the picture's samples that is traced, 0 to 1.
@@ -88,7 +88,7 @@ pub struct Viewport {
     pass: DisplayPass,
     traced: Option<(Traced, Moment)>,
     displayed: Option<Display>,
-    progress: Progress,
+    progress: PictureProgress,
 }
 
 impl Viewport {
@@ -109,7 +109,7 @@ impl Viewport {
             pass,
             traced: None,
             displayed: None,
-            progress: Progress::default(),
+            progress: PictureProgress::default(),
         }
     }
 
@@ -154,7 +154,7 @@ impl Viewport {
     }
 
     /// How far the picture is by the last frame.
-    pub fn progress(&self) -> Progress {
+    pub fn progress(&self) -> PictureProgress {
         self.progress
     }
 
@@ -171,7 +171,7 @@ impl Viewport {
     ///
     /// # Errors
     /// Why nothing is shown. It may be tried again: a scene that does not fit the device is not until it changes.
-    pub fn frame(&mut self, picture: &Picture<'_>) -> Result<Progress, ViewportError> {
+    pub fn frame(&mut self, picture: &Picture<'_>) -> Result<PictureProgress, ViewportError> {
         let Picture { version, camera, samples, seed, .. } = *picture;
         let wanted = Traced { version, camera: *camera, size: self.size(), samples, seed };
         let is_same = matches!(&self.traced, Some((traced, _)) if *traced == wanted);
@@ -190,7 +190,7 @@ impl Viewport {
         let outcome = self.advance(picture, self.pace.milliseconds(changed.elapsed()));
         if outcome.is_err() {
             // What could not be shown is asked for again only by a change.
-            self.progress = Progress { rests: true, ..Progress::default() };
+            self.progress = PictureProgress { rests: true, ..PictureProgress::default() };
         }
         outcome.map(|()| self.progress)
     }
@@ -225,7 +225,7 @@ impl Viewport {
         if let Some(swept) = self.stage.sweep(|_| false, |_| false) {
             self.replay(swept)?;
         }
-        (self.traced, self.displayed, self.progress) = (None, None, Progress::default());
+        (self.traced, self.displayed, self.progress) = (None, None, PictureProgress::default());
         Ok(())
     }
 
@@ -257,7 +257,7 @@ impl Viewport {
         }
         self.clear();
         let Some(shown) = self.stage.shown(VIEW, WORLD, |_| true) else {
-            self.progress = Progress::default();
+            self.progress = PictureProgress::default();
             return Ok(());
         };
         let camera = picture.camera.with_aspect(f64::from(width) / f64::from(height));
@@ -273,7 +273,7 @@ impl Viewport {
         }
         let of_view = self.stage.view_progress(VIEW, WORLD);
         let is_current = self.stage.world_state(WORLD) != WorldState::Before;
-        self.progress = of_view.map_or(Progress::default(), |it| Progress {
+        self.progress = of_view.map_or(PictureProgress::default(), |it| PictureProgress {
             samples: it.live.samples,
             part: it.live.progress,
             is_shown: true,
