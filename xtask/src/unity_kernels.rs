@@ -159,7 +159,9 @@ fn translated(limits: impl IntoIterator<Item = DeviceLimits>, views: &[ViewKind]
 fn file(kernel: Kernel, translated: &Translated) -> (&'static str, String) {
     match kernel.kind() {
         KernelKind::Compute => ("compute", compute(kernel, translated)),
-        KernelKind::DrawColor | KernelKind::DrawDepth => ("shader", shader(kernel, translated)),
+        KernelKind::DrawColor | KernelKind::DrawOver | KernelKind::DrawDepth => {
+            ("shader", shader(kernel, translated))
+        }
     }
 }
 
@@ -215,6 +217,7 @@ fn compute(kernel: Kernel, translated: &Translated) -> String {
 fn shader(kernel: Kernel, translated: &Translated) -> String {
     let state = match kernel.kind() {
         KernelKind::DrawDepth => "ColorMask 0\n            ZWrite On",
+        KernelKind::DrawOver => "Blend Off\n            ZWrite Off",
         _ => "Blend One OneMinusSrcAlpha\n            ZWrite Off",
     };
     let (vertex, fragment) = (Kernel::VERTEX_ENTRY_POINT, kernel.entry_point());

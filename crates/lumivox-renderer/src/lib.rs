@@ -34,7 +34,9 @@ pub use error::RenderError;
 pub use features::{Features, ViewKind};
 pub use film::Film;
 pub use limits::{DeviceLimits, FineTexels, LoopTurns};
-pub use live::{DistanceFog, Fog, HeightFog, HostDepth, HostFrame, LiveSettings, LiveStatus, LiveView};
+pub use live::{
+    DistanceFog, Fog, HeightFog, HostDepth, HostFrame, HostVelocity, LiveSettings, LiveStatus, LiveView,
+};
 pub use lumivox_shaders::layout::FilmCount;
 pub use noise_end::NoiseEnd;
 pub use recording::{Recording, ResourceId, Step};

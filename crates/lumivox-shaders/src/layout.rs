@@ -349,6 +349,21 @@ pub struct CompositeParams {
     pub padding_z: u32,
 }
 
+/// Twin of `VelocityParams`.
+#[repr(C)]
+#[derive(Clone, Copy, Debug, Default, Pod, Zeroable)]
+#[expect(missing_docs, reason = "documented in composite_velocity.wgsl")]
+pub struct VelocityParams {
+    pub before_from_now: [[f32; 4]; 4],
+    pub view_depth_from_ndc: [f32; 4],
+    pub scale: [f32; 2],
+    pub picture_size: [u32; 2],
+    pub camera_parallel: u32,
+    pub padding_x: u32,
+    pub padding_y: u32,
+    pub padding_z: u32,
+}
+
 /// Twin of `LivePictureParams`.
 #[repr(C)]
 #[derive(Clone, Copy, Debug, Default, Pod, Zeroable)]

@@ -54,6 +54,8 @@ pub enum KernelKind {
     /// As the fragment shader of one triangle that covers a colour target, whose contents it is blended over with
     /// premultiplied alpha: `source + (1 - source alpha) * target`, alpha too. No depth test, no culling.
     DrawColor,
+    /// The same, but that it takes the place of what was there.
+    DrawOver,
     /// As the fragment shader of one triangle that covers a depth target: every fragment that is not discarded is
     /// written. No colour, no culling.
     DrawDepth,
@@ -87,6 +89,8 @@ pub enum Kernel {
     CompositeColor,
     /// The depth of what a live view shows into the host's.
     CompositeDepth,
+    /// How far what a live view shows has moved, into the host's velocity.
+    CompositeVelocity,
     /// What a film really holds.
     FilmCount,
     /// What a live film keeps where light has changed a little.
@@ -125,6 +129,7 @@ impl Kernel {
             Kernel::LivePicture,
             Kernel::CompositeColor,
             Kernel::CompositeDepth,
+            Kernel::CompositeVelocity,
             Kernel::FilmCount,
             Kernel::FilmFade,
             Kernel::LightBegin,

@@ -169,10 +169,15 @@ pub(crate) fn row(kernel: Kernel) -> Row {
             ],
         ),
         Kernel::CompositeColor => {
-            draw("composite_color", KernelKind::DrawColor, modules![["composite"], ["composite_color"]])
+            let modules = modules![["composite"], ["fullscreen"], ["composite_color"]];
+            draw("composite_color", KernelKind::DrawColor, modules)
         }
         Kernel::CompositeDepth => {
-            draw("composite_depth", KernelKind::DrawDepth, modules![["composite"], ["composite_depth"]])
+            let modules = modules![["composite"], ["fullscreen"], ["composite_depth"]];
+            draw("composite_depth", KernelKind::DrawDepth, modules)
+        }
+        Kernel::CompositeVelocity => {
+            draw("composite_velocity", KernelKind::DrawOver, modules![["fullscreen"], ["composite_velocity"]])
         }
         Kernel::FilmCount => {
             compute("film_count", LINE, &[Uniform, StorageRead, StorageReadWrite], modules![["film_count"]])

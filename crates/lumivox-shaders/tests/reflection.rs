@@ -264,6 +264,19 @@ fn twins_have_the_shaders_layout() {
         assert_twin!(kernel, CompositeParams { width, padding_x, padding_y, padding_z });
     }
     assert_twin!(
+        Kernel::CompositeVelocity,
+        VelocityParams {
+            before_from_now,
+            view_depth_from_ndc,
+            scale,
+            picture_size,
+            camera_parallel,
+            padding_x,
+            padding_y,
+            padding_z
+        }
+    );
+    assert_twin!(
         Kernel::LivePicture,
         LivePictureParams {
             view_depth_from_ndc,
@@ -368,7 +381,7 @@ fn has_bindings_and_workgroups_as_declared(kernel: Kernel, module: &naga::Module
             let [x, y] = kernel.workgroup_size();
             assert_eq!(entry.workgroup_size, [x, y, 1], "{kernel:?}");
         }
-        KernelKind::DrawColor | KernelKind::DrawDepth => {
+        KernelKind::DrawColor | KernelKind::DrawOver | KernelKind::DrawDepth => {
             let has = |stage, name| module.entry_points.iter().any(|e| e.stage == stage && e.name == name);
             assert!(has(naga::ShaderStage::Vertex, Kernel::VERTEX_ENTRY_POINT));
             assert!(has(naga::ShaderStage::Fragment, kernel.entry_point()));

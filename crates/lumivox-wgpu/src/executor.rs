@@ -411,7 +411,7 @@ impl Executor {
             depth_ops: Some(wgpu::Operations { load: wgpu::LoadOp::Load, store: wgpu::StoreOp::Store }),
             stencil_ops: None,
         };
-        let draws_color = kernel.kind() == KernelKind::DrawColor;
+        let draws_color = kernel.kind() != KernelKind::DrawDepth;
         let (encoder, timing) = commands.encoder_and_timing();
         let mut pass = encoder.begin_render_pass(&wgpu::RenderPassDescriptor {
             label: Some(kernel.entry_point()),

@@ -70,8 +70,12 @@ pub(crate) fn draw_keys(
     format: wgpu::TextureFormat,
     samples: u32,
 ) -> impl Iterator<Item = DrawKey> {
-    let kind = if format.has_depth_aspect() { KernelKind::DrawDepth } else { KernelKind::DrawColor };
-    let of_kind = kernels.into_iter().filter(move |kernel| kernel.kind() == kind);
+    let is_depth = format.has_depth_aspect();
+    let of_kind = kernels.into_iter().filter(move |kernel| match kernel.kind() {
+        KernelKind::Compute => false,
+        KernelKind::DrawDepth => is_depth,
+        KernelKind::DrawColor | KernelKind::DrawOver => !is_depth,
+    });
     of_kind.map(move |kernel| DrawKey { kernel, format, samples })
 }
 
@@ -128,10 +132,11 @@ fn compute(device: &wgpu::Device, kernel: Kernel, uniforms: Uniforms) -> Pipelin
 fn render(device: &wgpu::Device, key: DrawKey, uniforms: Uniforms) -> Pipeline<wgpu::RenderPipeline> {
     let DrawKey { kernel, format, samples } = key;
     let (layout, pipeline_layout, module) = parts(device, kernel, uniforms, wgpu::ShaderStages::FRAGMENT);
-    let color = kernel.kind() == KernelKind::DrawColor;
+    let color = kernel.kind() != KernelKind::DrawDepth;
+    let is_blended = kernel.kind() == KernelKind::DrawColor;
     let targets = [Some(wgpu::ColorTargetState {
         format,
-        blend: Some(wgpu::BlendState::PREMULTIPLIED_ALPHA_BLENDING),
+        blend: is_blended.then_some(wgpu::BlendState::PREMULTIPLIED_ALPHA_BLENDING),
         write_mask: wgpu::ColorWrites::ALL,
     })];
     let pipeline = device.create_render_pipeline(&wgpu::RenderPipelineDescriptor {

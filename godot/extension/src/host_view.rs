@@ -5,7 +5,7 @@ use godot::classes::{RenderSceneBuffersRd, RenderSceneData, RenderingDevice};
 use godot::prelude::*;
 use lumivox_core::{Camera, HostCamera};
 use lumivox_renderer::stage::{Lent, ViewFrame};
-use lumivox_renderer::{Fog, HostDepth, HostFrame, LiveSettings, Recording, ResourceId, Step};
+use lumivox_renderer::{Fog, HostDepth, HostFrame, HostVelocity, LiveSettings, Recording, ResourceId, Step};
 
 use crate::convert;
 use crate::executor::Executor;
@@ -13,6 +13,14 @@ use crate::render::Settings;
 
 /// The scaling mode that brings its own temporal antialiasing.
 const FSR2: i64 = 2;
+
+/// Names of the engine's own textures.
+const BUFFERS: &str = "render_buffers";
+const VELOCITY: &str = "velocity";
+const VELOCITY_MULTISAMPLED: &str = "velocity_msaa";
+
+/// What half of an image is in the engine's velocities: all of it is 1, and y grows downwards.
+const HALF: [f64; 2] = [0.5, 0.5];
 
 /// One eye of one viewport, as the engine draws it in this frame.
 pub struct HostView {
@@ -27,6 +35,8 @@ pub struct HostView {
     written_depth: Rid,
     /// What the engine makes of a multisampled `color`.
     resolved_color: Option<Rid>,
+    /// Where it is kept how far what is seen has moved, if somebody looks at that.
+    velocity: Option<Rid>,
     /// Whether the camera is shifted by part of a pixel in each frame.
     jittered: bool,
     light_per_color: f64,
@@ -57,6 +67,7 @@ impl HostView {
             color,
             written_depth: buffers.get_depth_layer_ex(view).msaa(multisampled).done(),
             resolved_color: multisampled.then(|| buffers.get_color_layer(view)),
+            velocity: velocity(buffers, view),
             jittered: buffers.get_use_taa() || scaling_mode(buffers) == FSR2,
             light_per_color: light_per_color(device, color),
         })
@@ -96,6 +107,9 @@ impl HostView {
                 HostDepth::new(lent.depth, self.host.view_depth_from_ndc, 0.0).with_jitter(self.jittered),
             )
             .with_depth_target(write_depth.then_some(lent.written_depth))
+            .with_velocity(
+                self.velocity.filter(|_| write_depth).map(|_| HostVelocity::new(lent.velocity, HALF)),
+            )
             .with_fog(fog.map(|fog| Fog { color: fog.color.map(|c| c * self.light_per_color), ..fog }))
     }
 
@@ -106,6 +120,9 @@ impl HostView {
         executor.lend(lent.written_depth, self.written_depth);
         if let Some(color) = self.resolved_color {
             executor.lend(lent.resolved_color, color);
+        }
+        if let Some(velocity) = self.velocity {
+            executor.lend(lent.velocity, velocity);
         }
     }
 
@@ -126,6 +143,14 @@ impl HostView {
         self.resolved_color?;
         recording.steps.iter().find_map(|step| drawn_depth(lent, step))
     }
+}
+
+/// Where the engine keeps how far what is seen has moved: where that is multisampled, it is resolved when volumes are drawn.
+fn velocity(buffers: &mut Gd<RenderSceneBuffersRd>, view: u32) -> Option<Rid> {
+    if buffers.has_texture(BUFFERS, VELOCITY_MULTISAMPLED) {
+        return Some(buffers.get_velocity_layer_ex(view).msaa(true).done());
+    }
+    buffers.has_texture(BUFFERS, VELOCITY).then(|| buffers.get_velocity_layer(view))
 }
 
 /// What is drawn into a multisampled depth: one for each pixel.

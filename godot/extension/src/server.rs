@@ -252,7 +252,9 @@ pub fn add_volume(id: InstanceId) {
         let view = ViewKind::Live { guides: false, kept_light: false };
         let of_any_scene = |kernel: &Kernel| !matches!(kernel, Kernel::PathTrace(_));
         let kernels = device_limits().map(|limits| Features::default().kernels(view, limits));
-        workshop().prepare(kernels.into_iter().flatten().filter(of_any_scene));
+        // With what viewports want that are smoothed over time.
+        let kernels = kernels.into_iter().flat_map(|all| all.into_iter().chain([Kernel::CompositeVelocity]));
+        workshop().prepare(kernels.filter(of_any_scene));
     }
     NODES.with_borrow_mut(|nodes| nodes.add_volume(id));
 }

@@ -15,6 +15,7 @@ func _ready() -> void:
 	await edits()
 	await effect_settings()
 	await walks()
+	await velocities()
 	await animation()
 	await scene_reload()
 	await foreign_compositor()
@@ -103,6 +104,71 @@ func walks() -> void:
 		await converge(viewport, walk)
 		save(viewport, walk)
 		await close(viewport)
+
+
+## Reads what the engine keeps of motion, once volumes are drawn.
+class Velocities extends CompositorEffect:
+	const READ := """#version 450
+layout(local_size_x = 8, local_size_y = 8) in;
+layout(set = 0, binding = 0) uniform sampler2D velocities;
+layout(set = 0, binding = 1, std430) restrict writeonly buffer Told { vec2 told[]; };
+void main() {
+	ivec2 size = textureSize(velocities, 0);
+	ivec2 at = ivec2(gl_GlobalInvocationID.xy);
+	if (all(lessThan(at, size))) {
+		told[at.y * size.x + at.x] = texelFetch(velocities, at, 0).xy;
+	}
+}
+"""
+	var told := PackedFloat32Array()
+
+	func _init() -> void:
+		effect_callback_type = EFFECT_CALLBACK_TYPE_POST_TRANSPARENT
+
+	func _render_callback(_kind: int, data: RenderData) -> void:
+		var device := RenderingServer.get_rendering_device()
+		var buffers: RenderSceneBuffersRD = data.get_render_scene_buffers()
+		var size := buffers.get_internal_size()
+		var source := RDShaderSource.new()
+		source.source_compute = READ
+		var shader := device.shader_create_from_spirv(device.shader_compile_spirv_from_source(source))
+		var pipeline := device.compute_pipeline_create(shader)
+		var written := device.storage_buffer_create(size.x * size.y * 8)
+		var sampler := device.sampler_create(RDSamplerState.new())
+		var read := RDUniform.new()
+		read.uniform_type = RenderingDevice.UNIFORM_TYPE_SAMPLER_WITH_TEXTURE
+		read.add_id(sampler)
+		read.add_id(buffers.get_velocity_texture())
+		var write := RDUniform.new()
+		write.uniform_type = RenderingDevice.UNIFORM_TYPE_STORAGE_BUFFER
+		write.binding = 1
+		write.add_id(written)
+		var bound := device.uniform_set_create([read, write], shader, 0)
+		var list := device.compute_list_begin()
+		device.compute_list_bind_compute_pipeline(list, pipeline)
+		device.compute_list_bind_uniform_set(list, bound, 0)
+		device.compute_list_dispatch(list, ceili(size.x / 8.0), ceili(size.y / 8.0), 1)
+		device.compute_list_end()
+		told = device.buffer_get_data(written).to_float32_array()
+		for id: RID in [bound, pipeline, shader, written, sampler]:
+			device.free_rid(id)
+
+
+## How far a volume that moves under temporal antialiasing has come, as the engine hears of it.
+func velocities() -> void:
+	var viewport := show_case(all.smoothed[0])
+	await converge(viewport, "smoothed")
+	var world: WorldEnvironment = viewport.get_child(0).get_node("World")
+	var reader := Velocities.new()
+	var effects := world.compositor.compositor_effects
+	effects.append(reader)
+	world.compositor.compositor_effects = effects
+	for frame in 2:
+		await RenderingServer.frame_post_draw
+	LumivoxCase.change(viewport.get_child(0), all.smoothed[0], all.smoothed[1])
+	await RenderingServer.frame_post_draw
+	tell("velocities", Array(reader.told))
+	await close(viewport)
 
 
 ## A volume that an animation moves with its parent.

@@ -74,6 +74,7 @@ impl LiveView {
         budget: u64,
         recording: &mut Recording,
     ) -> Result<LiveFrame<'a>, RenderError> {
+        let before = self.seen.take();
         check(cache, camera, settings)?;
         self.fit(settings, cache, recording)?;
         let key = Key::new(cache, camera, settings, host);
@@ -157,6 +158,9 @@ impl LiveView {
         self.denoise(settings, &mut frame, recording);
         frame.push(self.picture(settings, host, camera, cache));
         self.draw(host, &mut frame);
+        frame.passes.extend(
+            self.velocity(before, host, camera, cache).map(|pass| Box::new(pass) as Box<dyn FramePass>),
+        );
 
         Ok(LiveFrame { passes: frame.passes, status: self.status(), gone: frame.gone })
     }

@@ -100,6 +100,24 @@ impl HostDepth {
     }
 }
 
+/// Where a host keeps how far what is seen at each pixel has moved, for temporal antialiasing and upscaling.
+#[derive(Clone, Copy, Debug, PartialEq)]
+#[non_exhaustive]
+pub struct HostVelocity {
+    /// A colour that can be drawn to, of two floats at least: from where a point is to where it was in the frame before.
+    pub texture: ResourceId,
+    /// What half of the image across, and down, is in its numbers.
+    pub scale: [f64; 2],
+}
+
+impl HostVelocity {
+    /// From where a point is to where it was, in numbers by which half of the image is `scale` across and down: `[0.5, 0.5]` where the
+    /// image is 1 wide and high, and its y grows downwards.
+    pub fn new(texture: ResourceId, scale: [f64; 2]) -> Self {
+        Self { texture, scale }
+    }
+}
+
 /// What a host lends for one frame.
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[non_exhaustive]
@@ -111,6 +129,9 @@ pub struct HostFrame {
     /// Where the volumes' depth is written, if anywhere; not the texture of [`HostFrame::depth`] while a host cannot
     /// write what it reads.
     pub depth_target: Option<ResourceId>,
+    /// Where it is written how far the volumes have moved since the frame before, if anywhere: one that the host draws is one that is
+    /// recorded. Only with [`HostFrame::depth`]; of volumes that move apart each counts as still.
+    pub velocity: Option<HostVelocity>,
     /// What it lays over what is far or low.
     pub fog: Option<Fog>,
 }
@@ -118,7 +139,7 @@ pub struct HostFrame {
 impl HostFrame {
     /// Volumes over a colour, and nothing else.
     pub fn new(color_target: ResourceId) -> Self {
-        Self { depth: None, color_target, depth_target: None, fog: None }
+        Self { depth: None, color_target, depth_target: None, velocity: None, fog: None }
     }
 
     /// With what ends primary rays, if anything does.
@@ -129,6 +150,11 @@ impl HostFrame {
     /// With where the volumes' depth is written, if anywhere.
     pub fn with_depth_target(self, target: impl Into<Option<ResourceId>>) -> Self {
         Self { depth_target: target.into(), ..self }
+    }
+
+    /// With where it is written how far the volumes have moved, if anywhere.
+    pub fn with_velocity(self, velocity: impl Into<Option<HostVelocity>>) -> Self {
+        Self { velocity: velocity.into(), ..self }
     }
 
     /// With fog, if there is any.

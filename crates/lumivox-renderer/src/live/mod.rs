@@ -21,6 +21,7 @@ mod looks;
 pub mod passes;
 mod reprojection;
 mod schedule;
+mod velocity;
 
 use lumivox_core::Camera;
 use lumivox_shaders::constants::KEPT_LIGHT_UNTIL;
@@ -31,12 +32,13 @@ use self::counts::{CountOfWhole, PathsOfScene};
 use self::film::LiveFilm;
 pub use self::fog::{DistanceFog, Fog, HeightFog};
 pub use self::frame::LiveFrame;
-pub use self::host::{HostDepth, HostFrame, LiveSettings, LiveStatus};
+pub use self::host::{HostDepth, HostFrame, HostVelocity, LiveSettings, LiveStatus};
 pub use self::images::{FilmImages, Grain, Image, LiveImage, PixelFormat};
 use self::images::{PictureImages, pixels};
 use self::light::KeptLight;
 pub use self::light::LightFields;
 pub(crate) use self::light_cells::CellsOfScene;
+use self::reprojection::Seen;
 use self::schedule::Schedule;
 use crate::error::RenderError;
 use crate::film::Film;
@@ -74,6 +76,8 @@ pub struct LiveView {
     /// Samples of the last frame's film, and those that it traces.
     target_samples: u32,
     pixel_samples: u64,
+    /// What the last frame showed, where a host wants to know how far that has moved.
+    seen: Option<Seen>,
     /// Another view that shares light taught it in the last frame, which moved.
     awaits_turn: bool,
 }
@@ -135,6 +139,7 @@ impl LiveView {
             target_samples: settings.target_samples,
             pixel_samples: 0,
             awaits_turn: false,
+            seen: None,
         })
     }
 

@@ -67,6 +67,8 @@ pub struct Lent {
     pub written_depth: ResourceId,
     /// What the host has resolved of a multisampled colour.
     pub resolved_color: ResourceId,
+    /// Where volumes write how far they have moved.
+    pub velocity: ResourceId,
 }
 
 impl Lent {
@@ -76,11 +78,12 @@ impl Lent {
             color: ResourceId::external(),
             written_depth: ResourceId::external(),
             resolved_color: ResourceId::external(),
+            velocity: ResourceId::external(),
         }
     }
 
-    fn ids(self) -> [ResourceId; 4] {
-        [self.depth, self.color, self.written_depth, self.resolved_color]
+    fn ids(self) -> [ResourceId; 5] {
+        [self.depth, self.color, self.written_depth, self.resolved_color, self.velocity]
     }
 }
 

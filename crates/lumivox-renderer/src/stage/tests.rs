@@ -65,7 +65,7 @@ fn frame(lent: Lent) -> ViewFrame {
     ViewFrame {
         camera: orbit.camera().with_aspect(1.0),
         settings: LiveSettings::new(16, 16),
-        host: HostFrame { depth: None, color_target: lent.color, depth_target: None, fog: None },
+        host: HostFrame::new(lent.color),
         budget_milliseconds: 8.0,
     }
 }

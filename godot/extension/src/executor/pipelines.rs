@@ -177,6 +177,8 @@ fn blend_state(kind: KernelKind) -> Gd<RdPipelineColorBlendState> {
         over.set_dst_alpha_blend_factor(BlendFactor::ONE_MINUS_SRC_ALPHA);
         over.set_alpha_blend_op(BlendOperation::ADD);
         state.set_attachments(&array![&over]);
+    } else if kind == KernelKind::DrawOver {
+        state.set_attachments(&array![&RdPipelineColorBlendStateAttachment::new_gd()]);
     }
     state
 }

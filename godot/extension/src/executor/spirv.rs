@@ -26,7 +26,7 @@ pub fn compile(kernel: Kernel, wgsl: &str) -> Result<Binary, String> {
     let text = Text::new(wgsl)?;
     Ok(match kernel.kind() {
         KernelKind::Compute => Binary::Compute(text.stage(ShaderStage::Compute)?),
-        KernelKind::DrawColor | KernelKind::DrawDepth => {
+        KernelKind::DrawColor | KernelKind::DrawOver | KernelKind::DrawDepth => {
             Binary::Draw([text.stage(ShaderStage::Vertex)?, text.stage(ShaderStage::Fragment)?])
         }
     })

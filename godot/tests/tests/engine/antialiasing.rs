@@ -41,6 +41,7 @@ fn cases() -> Vec<Case> {
         with("fsr1", |o| (o.scale, o.scaling) = (0.77, 1)),
         with("fsr2", |o| (o.scale, o.scaling) = (0.77, 2)),
         with("taa", |o| o.taa = true),
+        with("taa_msaa", |o| (o.taa, o.msaa) = (true, 4)),
         Case { meshes: bars(), ..with("taa_meshes", |o| o.taa = true) },
         Case { glass: vec![pane(0.03)], ..solid("glass_before") },
         Case { glass: vec![pane(-0.03)], ..solid("glass_behind") },
@@ -141,7 +142,7 @@ fn a_scaled_viewport_traces_fewer_pixels() {
 
 #[test]
 fn temporal_antialiasing_neither_blurs_nor_shifts() {
-    for (name, most) in [("taa", 0.6), ("fsr2", 2.8)] {
+    for (name, most) in [("taa", 0.6), ("taa_msaa", 0.6), ("fsr2", 2.8)] {
         let (mean, _) = difference(SHOWN.folder(), name, &expected::picture(&SHOWN.case(name)), |_| true);
         assert!(mean < most, "{name}: differs by {mean} of 255");
     }

@@ -29,6 +29,7 @@ struct Script {
     settings: Vec<Case>,
     /// A case for each frame.
     walks: BTreeMap<&'static str, Vec<Case>>,
+    smoothed: [Case; 2],
     animation: Case,
     animation_to: [f64; 3],
     reload: Case,
@@ -50,6 +51,7 @@ fn script() -> &'static Script {
             ("camera_walk", camera_walk()),
             ("volume_walk", volume_walk()),
         ]),
+        smoothed: smoothed(),
         animation: Case { volumes: vec![Volume::solid()], ..opaque("animation") },
         animation_to: [0.012, -0.008, 0.01],
         reload: Case { samples: AT_REST, ..Case::new("reload") },
@@ -197,6 +199,22 @@ fn volume_walk() -> Vec<Case> {
         })
         .collect()
 }
+
+/// A head before the camera, under temporal antialiasing; and where it is in the next frame.
+fn smoothed() -> [Case; 2] {
+    let at = |name: &'static str, [x, y]: [f64; 2]| {
+        let mut case = Case::new(name);
+        case.camera = look_at(DVec3::new(0.0, 0.0, SMOOTHED_FROM), DVec3::ZERO);
+        case.volumes = vec![Volume { place: Place::at(DVec3::new(x, y, 0.0)), ..Volume::head() }];
+        (case.samples, case.kept_light, case.output.taa) = (AT_REST, true, true);
+        case
+    };
+    [at("smoothed", [0.0; 2]), at("smoothed_moved", SMOOTHED_BY)]
+}
+
+/// Metres from the head's middle to the camera, and that it moves to the right and up.
+const SMOOTHED_FROM: f64 = 0.7;
+const SMOOTHED_BY: [f64; 2] = [0.02, 0.01];
 
 fn worlds() -> Vec<Case> {
     (0..6)
@@ -414,6 +432,34 @@ fn a_moving_volume_is_whole_in_every_frame() {
         assert_no_holes(case.name, case, 9);
     }
     assert_shows(walk.last().unwrap(), "volume_walk");
+}
+
+/// By what the engine keeps of motion: a point's way back to where it was, in parts of the picture.
+#[test]
+fn temporal_antialiasing_is_told_how_far_volumes_have_moved() {
+    let case = &script().smoothed[1];
+    let told: Vec<f64> = serde_json::from_value(told(&shown().1, "velocities")).unwrap();
+    let film = expected::film(case);
+    let [width, height] = case.size.map(|n| n as usize);
+    assert_eq!(told.len(), 2 * width * height);
+    let inner = eroded(case, 1, |i| film.alpha(i) > 0.9);
+    let outer = eroded(case, 2, |i| film.alpha(i) == 0.0);
+    let down = 2.0 * (case.fov.to_radians() / 2.0).tan();
+    let across = down * width as f64 / height as f64;
+    let (mut seen, mut beside) = (0, 0);
+    for (i, way) in told.as_chunks::<2>().0.iter().enumerate() {
+        if inner[i] {
+            // How deep the point lies: within the head.
+            let depth = -SMOOTHED_BY[0] / (across * way[0]);
+            let up = SMOOTHED_BY[1] / (down * depth);
+            assert!((0.5..0.9).contains(&depth) && (way[1] - up).abs() < 1e-3, "pixel {i}: {way:?}");
+            seen += 1;
+        } else if outer[i] {
+            assert!(way.iter().all(|by| by.abs() < 1e-4), "pixel {i}: {way:?}, where nothing moves");
+            beside += 1;
+        }
+    }
+    assert!(seen > 300 && beside > 1000, "{seen} {beside}");
 }
 
 #[test]

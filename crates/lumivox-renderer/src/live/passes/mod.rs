@@ -13,6 +13,7 @@ mod light;
 mod picture;
 mod read;
 mod trace;
+mod velocity;
 
 use std::fmt::Debug;
 
@@ -28,6 +29,7 @@ pub use self::light::{LightCellsPass, LightFill, LightPicturePass, LightResource
 pub use self::picture::{PictureFilms, PicturePass, ShownFilm};
 pub use self::read::ReadPass;
 pub use self::trace::{PathSettings, Share, TracePass};
+pub use self::velocity::VelocityPass;
 use super::images::Image;
 use crate::recording::{Recording, ResourceId, Step};
 

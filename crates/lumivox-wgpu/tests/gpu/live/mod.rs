@@ -9,6 +9,7 @@ mod kept_light;
 mod noise;
 mod passes;
 mod picture;
+mod velocity;
 
 use std::collections::HashMap;
 
@@ -17,8 +18,8 @@ use lumivox_core::glam::DVec3;
 use lumivox_core::{Camera, Scene};
 use lumivox_renderer::live::{Grain, LiveImage};
 use lumivox_renderer::{
-    DeviceLimits, Film, Fog, HostDepth, HostFrame, LiveSettings, LiveStatus, LiveView, Recording, ResourceId,
-    SceneCache, Step, VoxelStore,
+    DeviceLimits, Film, Fog, HostDepth, HostFrame, HostVelocity, LiveSettings, LiveStatus, LiveView,
+    Recording, ResourceId, SceneCache, Step, VoxelStore,
 };
 use lumivox_testing::scenes::TestScene;
 use lumivox_wgpu::{Gpu, wgpu};
@@ -36,9 +37,11 @@ pub struct Host {
     color: wgpu::Texture,
     depth: wgpu::Texture,
     written: wgpu::Texture,
-    names: [ResourceId; 3],
+    velocity: wgpu::Texture,
+    names: [ResourceId; 4],
     fog: Option<Fog>,
     gives_depth: bool,
+    wants_velocity: bool,
     pub jittered: bool,
     /// Buffers that frames have made, by their labels: the last of each.
     made: HashMap<&'static str, (ResourceId, u64)>,
@@ -74,8 +77,9 @@ impl Host {
         // What it reads is a plain texture of floats, as resolved depth is in engines; what it writes a depth buffer.
         let depth = texture(wgpu::TextureFormat::R32Float, wgpu::TextureUsages::TEXTURE_BINDING);
         let written = texture(wgpu::TextureFormat::Depth32Float, target);
-        let names = [(); 3].map(|()| ResourceId::external());
-        for (name, texture) in names.iter().zip([&color, &depth, &written]) {
+        let velocity = texture(wgpu::TextureFormat::Rg16Float, target);
+        let names = [(); 4].map(|()| ResourceId::external());
+        for (name, texture) in names.iter().zip([&color, &depth, &written, &velocity]) {
             gpu.executor.lend_texture(*name, texture);
         }
         let mut cache = SceneCache::new(&VoxelStore::new(limits));
@@ -91,9 +95,11 @@ impl Host {
             color,
             depth,
             written,
+            velocity,
             names,
             fog: None,
             gives_depth: true,
+            wants_velocity: false,
             jittered: false,
             made: HashMap::new(),
         }
@@ -147,6 +153,7 @@ impl Host {
         HostFrame::new(self.names[0])
             .with_depth(self.gives_depth.then(|| self.host_depth()))
             .with_depth_target(self.names[2])
+            .with_velocity(self.wants_velocity.then(|| HostVelocity::new(self.names[3], [0.5; 2])))
             .with_fog(self.fog)
     }
 
