@@ -57,6 +57,10 @@ Commands:
                             Try no more than whether it shows a phantom and SCAN
   web test-npm FOLDER BROWSER SCAN PICTURES
                             Try the npm package, which script/js makes, in the same way
+  web kernels BROWSER       Fail where the compiler of a Chromium that nobody sees refuses a kernel that browsers may be given,
+                            or is ended by it
+  web kernels --every BROWSER
+                            The same with every set of constants that there is: ten minutes more
   windows HERE THERE        Fail where the command THERE, for Windows, run by the program LUMIVOX_WINE, does not do what
                             the command HERE does: exit codes, words and files
   windows --first HERE THERE
@@ -103,6 +107,8 @@ fn main() -> ExitCode {
         ["web", "test-npm", folder, browser, scan, pictures] => {
             web::test_npm(Path::new(folder), Path::new(browser), Path::new(scan), Path::new(pictures))
         }
+        ["web", "kernels", browser] => web::test_kernels(web::Texts::Usual, Path::new(browser)),
+        ["web", "kernels", "--every", browser] => web::test_kernels(web::Texts::Every, Path::new(browser)),
         ["windows", here, there] => windows::compare(Path::new(here), Path::new(there), true),
         ["windows", "--first", here, there] => windows::compare(Path::new(here), Path::new(there), false),
         ["help" | "--help" | "-h"] => {

@@ -202,8 +202,8 @@ fn window_example(program: &Path, command: &Path, output: &mut String) -> Result
 }
 
 /// Whether what browsers and Windows would compile does, by one compiler that is fetched, into a folder of its own, and the Studio's page
-/// shows something in a browser. Where all is tested, the page and the npm package are made as they are shipped and tried, too, and
-/// `script/test` has made what is for Windows.
+/// shows something in a browser. Where all is tested, the page and the npm package are made as they are shipped and tried, too, the
+/// browser's compiler judges every kernel, and `script/test` has made what is for Windows.
 fn other_systems(scope: Scope, programs: &Programs) -> Job {
     let is_linux = cfg!(target_os = "linux");
     let is_usual_linux = is_linux && cfg!(target_arch = "x86_64");
@@ -221,6 +221,7 @@ fn other_systems(scope: Scope, programs: &Programs) -> Job {
         Scope::All => {
             scripts.push((is_usual_linux, script(&["script/studio", "--web", "--test"])));
             scripts.push((is_usual_linux, script(&["script/js", "--test"])));
+            scripts.push((is_usual_linux, script(&["script/wasm", "--kernels"])));
         }
     }
     Job::new("other systems", move |output| {

@@ -1,12 +1,14 @@
-//! What is for browsers, the Studio's page and the npm package: served on this machine, and tried in a browser.
+//! What is for browsers, the Studio's page, the npm package and kernels: served on this machine, and tried in a browser.
 
 mod browser;
+mod kernels;
 mod npm;
 mod serve;
 mod trial;
 
 use std::path::Path;
 
+pub use kernels::Texts;
 pub use serve::serve;
 pub use trial::Extent;
 
@@ -24,6 +26,11 @@ pub fn test(
 /// The same with the npm package, as a program would use it.
 pub fn test_npm(folder: &Path, browser: &Path, scan: &Path, pictures: &Path) -> Result<(), String> {
     npm::run(folder, browser, scan, pictures)
+}
+
+/// Has a browser's compiler judge every kernel that browsers may be given.
+pub fn test_kernels(texts: Texts, browser: &Path) -> Result<(), String> {
+    kernels::run(texts, browser)
 }
 
 #[cfg(all(test, unix))]
