@@ -121,9 +121,11 @@ make_page() (
     mkdir -p "$(target_folder)" && new=$(mktemp -d "$(target_folder)/studio-web.XXXXXX") || die "No folder can be made in $(target_folder)."
     trap 'rm -rf "$new"' EXIT
     bind_wasm lumivox-studio lumivox_studio "$new"
-    cp apps/studio/web/* "$new" || die "The page cannot be put together in $new."
+    # What pages that somebody shares show a scan with.
+    mkdir "$new/viewer" && bind_wasm lumivox-js lumivox_wasm "$new/viewer" &&
+        cp apps/studio/web/* "$new" && cp js/package/lumivox.js "$new/viewer" || die "The page cannot be put together in $new."
     # Another version is another cache.
-    version=$(cat "$new"/* | fingerprint) && sed "s/VERSION/$version/" apps/studio/web/offline.js >"$new/offline.js" ||
+    version=$(cat "$new"/* "$new"/viewer/* 2>/dev/null | fingerprint) && sed "s/VERSION/$version/" apps/studio/web/offline.js >"$new/offline.js" ||
         die "The page cannot be put together in $new."
     put_in_place "$new" "$1" lumivox_studio_bg.wasm || die "The page cannot be put into $1."
     say "The page is in $1: $(fetched_size "$1/lumivox_studio_bg.wasm") as browsers fetch its program"
@@ -180,11 +182,16 @@ RUN
     chmod +x chromium
 )
 
+# Prints the same, or says what to do where there is none.
+need_chromium() {
+    find_chromium || die "There is no Chromium. Install one, or name one:
+    LUMIVOX_CHROMIUM=PROGRAM $0 ..."
+}
+
 # Tries what is in the folder $1 in a browser, by the word $3 of `xtask web`; pictures go to $2.
 try_in_browser() {
     local chromium scan lumivox
-    chromium=$(find_chromium) || die "There is no Chromium. Install one, or name one:
-    LUMIVOX_CHROMIUM=PROGRAM $0 ..."
+    chromium=$(need_chromium) || exit 1
     scan=$(mktemp -d)
     # By the program that there is already, where there is one.
     lumivox=("${CARGO:-cargo}" run --release --quiet --package lumivox --)

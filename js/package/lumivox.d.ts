@@ -46,6 +46,8 @@ export class Scan {
     notes: string[];
     /** Says of each voxel which label it has. A scene's `labels.styles` say how each looks. */
     setLabels(voxels: Uint8Array, labels: Label[]): this;
+    /** Says how deep points lie below the skin, by a scan of any grid whose values are millimetres. A scene's `peel` takes off so many. */
+    setDepth(depth: Scan): this;
     /** Gives its memory back. Views that show it keep what they need. */
     free(): void;
 }

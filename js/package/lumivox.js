@@ -87,6 +87,11 @@ export class Scan {
         return this;
     }
 
+    setDepth(depth) {
+        this.#voxels.setDepth(depth.#voxels);
+        return this;
+    }
+
     /** Gives its memory back. Views that show it keep what they need. */
     free() { this.#voxels.free(); }
 

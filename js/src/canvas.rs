@@ -69,9 +69,7 @@ impl Canvas {
     /// # Errors
     /// What of the document is wrong, by line and column.
     pub fn show(&mut self, document: &str, scans: Vec<Scan>) -> Result<(), JsError> {
-        let part =
-            |scan: &Scan| Part { volume: scan.volume().clone(), labels: scan.labels().cloned(), peel: None };
-        self.follow(document, scans.iter().map(part).collect())
+        self.follow(document, scans.iter().map(Scan::part).collect())
     }
 
     /// Shows the same scans by another document.
@@ -240,7 +238,7 @@ impl Canvas {
     }
 
     /// Shows parts as a document says.
-    fn follow(&mut self, document: &str, parts: Vec<Part>) -> Result<(), JsError> {
+    fn follow(&mut self, document: &str, mut parts: Vec<Part>) -> Result<(), JsError> {
         let mut document = SceneDocument::parse_described(document).map_err(wrong)?;
         if document.volumes.is_empty() {
             document.volumes = parts.iter().map(|_| Entry::new(Written::default())).collect();
@@ -251,7 +249,10 @@ impl Canvas {
                 "the scene has {named} volumes, and {given} scans were given for them"
             )));
         }
-        for (entry, part) in document.volumes.iter_mut().zip(&parts) {
+        for (entry, part) in document.volumes.iter_mut().zip(&mut parts) {
+            if let Some(peel) = &mut part.peel {
+                peel.mm = entry.peel.unwrap_or(0.0);
+            }
             if entry.look.preset.is_none() && entry.look.transfer_function.is_none() {
                 entry.look.preset = Some(Preset::default_for(&part.volume));
             }

@@ -8,8 +8,9 @@ use js_sys::{
 };
 use lumivox_core::document::{Rows, affine, rows};
 use lumivox_core::glam::{DAffine3, DMat3, DVec3};
-use lumivox_core::{CancelToken, Label, LabelVolume, Modality, Preset, Progress, Volume, Voxels};
+use lumivox_core::{CancelToken, Label, LabelVolume, Modality, Peel, Preset, Progress, Volume, Voxels};
 use lumivox_phantom::{AnatomyOptions, anatomy};
+use lumivox_scene::Part;
 use serde::{Deserialize, Serialize};
 use wasm_bindgen::prelude::*;
 
@@ -116,21 +117,20 @@ fn samples(array: &JsValue) -> Result<(Voxels, f64), JsError> {
     Err(wrong("voxels are a typed array of numbers, such as an Int16Array"))
 }
 
-/// Voxels with their place in the patient, and labels of them.
+/// Voxels with their place in the patient, labels of them, and how deep they lie below the skin.
 #[wasm_bindgen]
 #[derive(Clone)]
 pub struct Scan {
     volume: Arc<Volume>,
     labels: Option<Arc<LabelVolume>>,
+    depth: Option<Arc<Volume>>,
 }
 
 impl Scan {
-    pub(crate) fn volume(&self) -> &Arc<Volume> {
-        &self.volume
-    }
-
-    pub(crate) fn labels(&self) -> Option<&Arc<LabelVolume>> {
-        self.labels.as_ref()
+    /// As a scene has it; how much is taken off from the skin its document says.
+    pub(crate) fn part(&self) -> Part {
+        let peel = self.depth.clone().map(|depth| Peel { depth, mm: 0.0 });
+        Part { volume: self.volume.clone(), labels: self.labels.clone(), peel }
     }
 }
 
@@ -152,7 +152,7 @@ impl Scan {
             Some(unit) => volume.with_unit(unit),
             None => volume,
         };
-        Ok(Self { volume: Arc::new(volume), labels: None })
+        Ok(Self { volume: Arc::new(volume), labels: None, depth: None })
     }
 
     /// A head that nobody has, of so many voxels along each axis.
@@ -162,7 +162,7 @@ impl Scan {
     pub fn phantom(size: usize) -> Result<Scan, JsError> {
         let options = AnatomyOptions { size, ..AnatomyOptions::default() };
         let volume = anatomy(options, Progress::SILENT, &CancelToken::new()).map_err(wrong)?;
-        Ok(Self { volume: Arc::new(volume), labels: None })
+        Ok(Self { volume: Arc::new(volume), labels: None, depth: None })
     }
 
     /// Says of each voxel which label it has, and names them: JSON of a list of `value`, `name` and `color`.
@@ -181,6 +181,12 @@ impl Scan {
         let labels = LabelVolume::new(self.volume.dims(), voxels.to_vec(), place, labels).map_err(wrong)?;
         self.labels = Some(Arc::new(labels));
         Ok(())
+    }
+
+    /// Says how deep the patient's points lie below the skin: by another scan, of any grid, whose values are millimetres.
+    #[wasm_bindgen(js_name = setDepth)]
+    pub fn set_depth(&mut self, depth: &Scan) {
+        self.depth = Some(depth.volume.clone());
     }
 
     /// Another owner of the same voxels.

@@ -22,6 +22,7 @@ use crate::panels::{dialogs, light, side, strip, structures, tools, top, views, 
 use crate::rescue::Rescue;
 use crate::session::Session;
 use crate::settings::{Drawer, Settings};
+use crate::sharing::{SIDES, Sharing};
 use crate::state::{Action, Ask, Dialog, ExportDraft, State, Strip};
 use crate::theme;
 use crate::words::{Language, Word};
@@ -188,6 +189,30 @@ impl App {
         self.exporting = Some((file, job));
     }
 
+    /// Whether the scene is that of the document: what was cut away a moment ago may be in it still.
+    fn shows_what_is_wanted(&self) -> bool {
+        let session = self.state.session.as_ref();
+        session.is_some_and(|session| !session.is_coming()) && self.showing.is_none()
+    }
+
+    fn share_to(&mut self, file: PathBuf, side: usize) {
+        if !self.shows_what_is_wanted() {
+            return self.has_no_picture();
+        }
+        let Some(session) = &self.state.session else { return };
+        let sharing = Sharing {
+            scene: session.scene().0.clone(),
+            document: session.document().clone(),
+            camera: *session.camera(),
+            title: session.name().to_owned(),
+            looks: session.looks_of_shown(&self.state.looks),
+            language: self.state.settings.language,
+            side,
+        };
+        let job = errands::share(sharing, file.clone(), self.wake.clone());
+        self.exporting = Some((file, job));
+    }
+
     /// Who asked for a picture of the scan before hears that there is none yet of the one in its place.
     fn has_no_picture(&mut self) {
         self.state.failed = Some((Word::CannotSave, self.state.say(Word::Preparing).to_owned()));
@@ -227,6 +252,7 @@ impl App {
             }
             (Ask::SavePicture(_), Some(file)) => self.export_to(with_extension(file, &["png"])),
             (Ask::SaveTurn(_, steps), Some(file)) => self.ask_to_turn(with_extension(file, &["png"]), steps),
+            (Ask::SavePage(_, side), Some(file)) => self.share_to(with_extension(file, &["html"]), side),
             (Ask::SaveTable(_), Some(file)) => self.save_table(&with_extension(file, &["csv"])),
             _ => {}
         }
@@ -276,6 +302,11 @@ impl App {
                 if let Some(session) = self.state.session.as_ref().filter(|session| !session.is_coming()) {
                     let draft = ExportDraft::of(session.document(), self.state.view_size);
                     self.state.dialog = Some(Dialog::Export(draft));
+                }
+            }
+            Action::ShareDialog => {
+                if self.shows_what_is_wanted() {
+                    self.state.dialog = Some(Dialog::Share(SIDES[1], false));
                 }
             }
             Action::ArchiveDialog => self.state.dialog = Some(Dialog::Archive),

@@ -28,6 +28,7 @@ pub mod parcel;
 pub mod rescue;
 pub mod session;
 pub mod settings;
+pub mod sharing;
 pub mod slices;
 pub mod state;
 pub mod theme;

@@ -184,6 +184,11 @@ impl Chooser for Desktop {
                 let choice = dialog.set_file_name(name).save_file();
                 Box::pin(async move { one(choice.await) })
             }
+            Ask::SavePage(name, _) => {
+                let dialog = titled(Word::ShareTitle).add_filter("HTML", &["html"]);
+                let choice = dialog.set_file_name(name).save_file();
+                Box::pin(async move { one(choice.await) })
+            }
             Ask::SavePicture(name) | Ask::SaveTurn(name, _) => {
                 let dialog = titled(Word::SavePicture).add_filter("PNG", &["png"]);
                 let choice = dialog.set_file_name(name).save_file();

@@ -26,8 +26,17 @@ struct ShownAs {
     by_look: TakenOff,
     finds_labels: bool,
     label_files: Vec<std::path::PathBuf>,
-    peel: Option<f64>,
+    /// How deep is a number; how deep each point lies is what takes long.
+    is_peeled: bool,
     cut: CutBy,
+}
+
+/// What is taken off so that a look shows what it is for.
+fn taken_by_look(preset: Option<Preset>) -> TakenOff {
+    match preset.and_then(Preset::organ) {
+        Some(organ) => TakenOff::AllBut(organ),
+        None => TakenOff::Skin(preset.map_or(0.0, Preset::peel_mm)),
+    }
 }
 
 /// What lassos cut away, and which labels they spare.
@@ -50,17 +59,13 @@ impl CutBy {
 
 impl ShownAs {
     fn of(entry: &Entry) -> Self {
-        let preset = entry.look.preset;
         Self {
             keep: entry.scan.keep,
             taken_off: entry.scan.taken_off,
-            by_look: match preset.and_then(Preset::organ) {
-                Some(organ) => TakenOff::AllBut(organ),
-                None => TakenOff::Skin(preset.map_or(0.0, Preset::peel_mm)),
-            },
+            by_look: taken_by_look(entry.look.preset),
             finds_labels: entry.labels.as_ref().is_some_and(|labels| labels.files.is_empty()),
             label_files: entry.labels.as_ref().map_or(vec![], |labels| labels.files.clone()),
-            peel: entry.peel,
+            is_peeled: entry.peel.is_some_and(|mm| mm > 0.0),
             cut: CutBy::of(entry),
         }
     }
@@ -75,12 +80,15 @@ impl ShownAs {
 #[derive(Clone)]
 struct Asked {
     entries: Vec<Entry>,
+    /// Of which scans it is known how deep their points lie, whether or not that is wanted now.
+    have_depth: Vec<bool>,
     light: Surroundings,
 }
 
 impl Asked {
     fn of(document: &SceneDocument) -> Self {
-        Self { entries: document.volumes.clone(), light: document.environment.clone() }
+        let have_depth = document.volumes.iter().map(|entry| ShownAs::of(entry).is_peeled).collect();
+        Self { entries: document.volumes.clone(), have_depth, light: document.environment.clone() }
     }
 
     /// Whether a document is shown by that.
@@ -94,15 +102,26 @@ impl Asked {
     }
 
     fn is_alike(&self, document: &SceneDocument, shown: impl Fn(&Entry) -> ShownAs) -> bool {
+        let covers = |(entry, (own, has_depth)): (&Entry, (&Entry, &bool))| {
+            let [mut wanted, mut known] = [entry, own].map(&shown);
+            let is_deep_enough = *has_depth || !wanted.is_peeled;
+            (wanted.is_peeled, known.is_peeled) = (false, false);
+            is_deep_enough && wanted == known
+        };
+        let own = self.entries.iter().zip(&self.have_depth);
         self.light.file() == document.environment.file()
-            && document.volumes.iter().map(&shown).eq(self.entries.iter().map(&shown))
+            && document.volumes.len() == self.entries.len()
+            && document.volumes.iter().zip(own).all(covers)
     }
 
     /// Makes a document such that it is shown by that; what has nothing to do with that stays.
     fn put_back(&self, document: &mut SceneDocument) {
         for (entry, shown) in document.volumes.iter_mut().zip(&self.entries) {
             let [own, old] = [&*entry, shown].map(ShownAs::of);
-            (entry.scan.keep, entry.scan.taken_off, entry.peel) = (old.keep, old.taken_off, old.peel);
+            (entry.scan.keep, entry.scan.taken_off) = (old.keep, old.taken_off);
+            if own.is_peeled != old.is_peeled {
+                entry.peel = shown.peel;
+            }
             if own.by_look != old.by_look {
                 entry.look = shown.look.clone();
             }
@@ -187,6 +206,7 @@ impl Session {
             entry.scan.keep = Keep::Everything;
             (entry.labels, entry.peel) = (None, None);
         }
+        session.shown_of.have_depth.fill(false);
         session
     }
 
@@ -296,6 +316,19 @@ impl Session {
             plain.split(|c: char| !c.is_ascii_alphanumeric()).filter(|w| !w.is_empty()).collect();
         let stem = if words.is_empty() { "scan".to_owned() } else { words.join("-") };
         format!("{stem}.{extension}")
+    }
+
+    /// Which of these looks the voxels that are shown have, too: one that wants more taken off would hide behind it, and skin that is
+    /// not there cannot be seen.
+    pub fn looks_of_shown(&self, looks: &[Preset]) -> Vec<Preset> {
+        let Some(own) = self.document().volumes.first().and_then(|entry| entry.look.preset) else {
+            return vec![];
+        };
+        let is_shown = |look: &Preset| {
+            let has_skin = own.peel_mm() == 0.0 || *look != Preset::CtSkin;
+            *look != own && look.organ() == own.organ() && look.peel_mm() <= own.peel_mm() && has_skin
+        };
+        looks.iter().copied().filter(is_shown).collect()
     }
 
     /// Whether something was changed since it was opened or saved.
@@ -437,9 +470,15 @@ impl Session {
         let document = self.history.document();
         let file = document.environment.file();
         let map = self.map.as_ref().filter(|(known, _)| file == Some(known)).map(|(_, map)| map.clone());
+        let mut parts = self.parts.clone();
+        for (part, entry) in parts.iter_mut().zip(&document.volumes) {
+            if let Some(peel) = &mut part.peel {
+                peel.mm = entry.peel.unwrap_or(0.0);
+            }
+        }
         // Until the map of another file is there, all stays as it is.
         if file.is_some() == map.is_some()
-            && let Ok(scene) = lumivox_scene::assemble(document, self.parts.clone(), map)
+            && let Ok(scene) = lumivox_scene::assemble(document, parts, map)
             && !scene.is_same(&self.scene)
         {
             self.scene = scene;
@@ -450,7 +489,8 @@ impl Session {
         }
         // What needs no other voxels is shown by now.
         if self.shown_of.is_of(document) {
-            self.shown_of = Asked::of(document);
+            let have_depth = std::mem::take(&mut self.shown_of.have_depth);
+            self.shown_of = Asked { have_depth, ..Asked::of(document) };
         }
         !self.asked_of.is_of(document)
     }

@@ -10,7 +10,7 @@ use lumivox_core::document::{self, Backdrop, Film, Measurement, MeasurementKind,
 use lumivox_core::glam::{DMat3, DQuat, DVec2, DVec3};
 use lumivox_core::{Labelling, Orbit, Preset};
 use lumivox_import::SeriesSummary;
-use lumivox_viewport::Progress;
+use lumivox_viewport::PictureProgress;
 
 use crate::archive::Request;
 use crate::darkroom::looks_for;
@@ -136,6 +136,8 @@ pub enum Ask {
     SavePicture(String),
     /// Where the pictures of a turn are saved; a name for them, and how many they are.
     SaveTurn(String, u32),
+    /// Where a page is saved; a name for it, and how many voxels a side of its scan has at most.
+    SavePage(String, usize),
     /// Where measurements are saved; a name for them.
     SaveTable(String),
     /// A panorama of light.
@@ -177,6 +179,8 @@ pub enum Action {
     Fetch(Box<Request>),
     /// The dialog of pictures for files.
     ExportDialog,
+    /// The dialog of pages for others.
+    ShareDialog,
     /// It was read that this is no medical device.
     Agree,
     /// Settings were changed.
@@ -260,6 +264,8 @@ pub enum Dialog {
     Archive,
     /// A picture for a file.
     Export(ExportDraft),
+    /// A page for others: voxels a side of its scan at most, and whether it may be given to them.
+    Share(usize, bool),
     /// Another run left unsaved work: this file.
     Restore(PathBuf),
     /// The pictures of a turn would replace files.
@@ -350,7 +356,7 @@ pub struct State {
     /// What is under the pointer.
     pub probe: Option<Probe>,
     /// How far the 3D picture is.
-    pub progress: Progress,
+    pub progress: PictureProgress,
     /// Pixels of the 3D view.
     pub view_size: [u32; 2],
     /// What is done beside the interface.
@@ -398,7 +404,7 @@ impl State {
             tiles: HashMap::new(),
             has_tiles: true,
             probe: None,
-            progress: Progress::default(),
+            progress: PictureProgress::default(),
             view_size: [1, 1],
             busy: None,
             failed: None,
@@ -527,6 +533,17 @@ impl State {
         let [low, high] = reach_mm(scan, normal);
         let at = (self.cross.dot(normal) + step_mm(scan, normal) * slices).clamp(low, high);
         self.cross += normal * (at - self.cross.dot(normal));
+    }
+
+    /// Moves the cross so many voxels to the right and down in a slice.
+    pub fn move_cross(&mut self, plane: Plane, by: [f64; 2]) {
+        let Some(session) = &self.session else { return };
+        let axes = self.axes(plane);
+        for (axis, by) in axes.into_iter().zip(by) {
+            let [low, high] = reach_mm(session.scan(), axis);
+            let at = self.cross.dot(axis);
+            self.cross += axis * ((at + step_mm(session.scan(), axis) * by).clamp(low, high) - at);
+        }
     }
 
     /// Takes another tool; what was being made is left.

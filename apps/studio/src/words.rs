@@ -74,6 +74,18 @@ words! {
     ArchiveForgetAll: "Delete all images that came" / "Alle empfangenen Bilder löschen";
     SaveScene: "Save scene…" / "Szene speichern…";
     Export: "Export picture…" / "Bild exportieren…";
+    Share: "Share…" / "Teilen…";
+    ShareTitle: "Share as a page" / "Als Seite teilen";
+    ShareWhat: "One file that opens in a browser: the 3D view, which can be turned, of this scan in fewer voxels. It needs no network and sends nothing." / "Eine Datei, die sich im Browser öffnet: die 3D-Ansicht, drehbar, von diesem Scan in weniger Voxeln. Sie braucht kein Netz und sendet nichts.";
+    ShareFace: "A face identifies a person; so may teeth, bones and implants. Whoever has the file has the scan, with the names of its structures and all that planes, boxes and hidden structures hide. What a lasso cut away or was taken off from the skin is not in it." / "Ein Gesicht verrät, wer jemand ist; auch Zähne, Knochen und Implantate können es. Wer die Datei hat, hat den Scan, mit den Namen seiner Strukturen und allem, was Ebenen, Quader und ausgeblendete Strukturen verbergen. Was ein Lasso weggeschnitten hat oder von der Haut abgenommen ist, ist nicht darin.";
+    ShareMay: "I may give this scan to others" / "Ich darf diesen Scan weitergeben";
+    ShareSide: "Voxels a side, at most" / "Voxel je Seite, höchstens";
+    ShareSave: "Save page…" / "Seite speichern…";
+    Sharing: "Writing the page" / "Seite entsteht";
+    ShareNoViewer: "The program for pages is not here: the Studio's packages have it, and in a clone script/js makes it." / "Das Programm für Seiten fehlt hier: Die Pakete des Studios haben es, und in einem Klon baut es script/js.";
+    PageHint: "Drag to turn, right button to move, wheel to come closer" / "Ziehen dreht, rechte Taste verschiebt, Rad holt näher";
+    PageReset: "Reset view" / "Ansicht zurücksetzen";
+    PageAsShared: "As shared" / "Wie geteilt";
     TakenBack: "Taken back" / "Zurückgenommen";
     Undo: "Undo" / "Rückgängig";
     Redo: "Redo" / "Wiederholen";
@@ -155,6 +167,8 @@ words! {
     LassoDraw: "Cut by a lasso" / "Mit dem Lasso schneiden";
     LassoHint: "Drag around what is to go: it is cut away as deep as the scan is" / "Umfahren, was weg soll: Es wird so tief herausgeschnitten, wie der Scan reicht";
     CutNothing: "Uncut" / "Ungeschnitten";
+    Peel: "Skin off" / "Haut ab";
+    PeelHint: "How deep below the skin the picture begins" / "Wie tief unter der Haut das Bild beginnt";
     Everything: "All that was scanned" / "Alles Gescannte";
     EverythingHint: "Table, clothes and tubes, too" / "Auch Tisch, Kleidung und Schläuche";
     ThreeD: "3D" / "3D";
@@ -201,6 +215,7 @@ words! {
     StructureLook: "Look of the structure" / "Darstellung der Struktur";
     StructureAsScan: "As the scan" / "Wie der Scan";
     StructureSolid: "Solid" / "Massiv";
+    StructureSpared: "Spared by cuts" / "Von Schnitten verschont";
     MeasureHint: "Choose Distance, Angle or Region above the views." / "Über den Ansichten Strecke, Winkel oder Bereich wählen.";
     MeasureFind: "Show where it is" / "Zeigen, wo sie liegt";
     Delete: "Delete" / "Löschen";
@@ -251,6 +266,7 @@ words! {
     Keys: "Keys" / "Tasten";
     KeyOpen: "Open files, a folder" / "Dateien, Ordner öffnen";
     KeySave: "Save the scene, export a picture" / "Szene speichern, Bild exportieren";
+    KeyShare: "Share as a page, copy the view" / "Als Seite teilen, Ansicht kopieren";
     KeyUndo: "Undo, redo" / "Rückgängig, wiederholen";
     KeyViews: "Four views, 3D and slices, one view" / "Vier Ansichten, 3D und Schichten, eine Ansicht";
     KeyTurn: "Turn 3D, move through slices" / "3D drehen, durch Schichten gehen";
@@ -265,9 +281,12 @@ words! {
     WindowVessels: "Vessels" / "Gefäße";
     WindowUsual: "Nearly all values" / "Fast alle Werte";
     WindowContrast: "More contrast" / "Mehr Kontrast";
+    WindowLevel: "Level" / "Mitte";
+    WindowWidth: "Width of the window" / "Breite des Fensters";
     WindowWhole: "All values" / "Alle Werte";
     Profile: "Mouse as in" / "Maus wie in";
     KeyTools: "Navigate, distance, angle, region, shift and width" / "Navigieren, Strecke, Winkel, Bereich, verschieben und weiten";
+    KeyCross: "Move the cross of a slice, place a point there" / "Kreuz einer Schicht bewegen, dort einen Punkt setzen";
     KeySlices: "Oblique slice, slab, last measurement deleted" / "Schräge Schicht, Schichtdicke, letzte Messung löschen";
     MouseSlicer2D: "Slices: left moves the cross, with Ctrl changes the window, wheel the slice, middle moves, right zooms" / "Schichten: links versetzt das Kreuz, mit Strg das Fenster, das Rad die Schicht, Mitte verschiebt, rechts zoomt";
     MouseTools: "With a measuring tool the left button places points, and the right one changes the window" / "Mit einem Messwerkzeug setzt links Punkte, und rechts ändert das Fenster";

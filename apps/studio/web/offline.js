@@ -20,5 +20,12 @@ onfetch = (event) => {
     if (method !== 'GET' || new URL(url).origin !== location.origin) return;
     // Whatever stands behind `?`, the page is the same.
     const options = { ignoreSearch: mode === 'navigate' };
-    event.respondWith(caches.open(CACHE).then(async (cache) => await cache.match(event.request, options) ?? fetch(event.request)));
+    event.respondWith(caches.open(CACHE).then(async (cache) => {
+        const kept = await cache.match(event.request, options);
+        if (kept) return kept;
+        const answer = await fetch(event.request);
+        // The program for shared pages is as large as the page: it is kept once somebody has wanted it.
+        if (answer.ok && new URL(url).pathname.includes('/viewer/')) await cache.put(event.request, answer.clone());
+        return answer;
+    }));
 };

@@ -60,9 +60,7 @@ async function obstacle() {
 }
 
 async function compiled() {
-    const answer = await fetch('lumivox_studio_bg.wasm');
-    if (!answer.ok) throw new Error(`lumivox_studio_bg.wasm: ${answer.status}`);
-    return WebAssembly.compile(await answer.arrayBuffer());
+    return WebAssembly.compile(await fetched('lumivox_studio_bg.wasm'));
 }
 
 /** A dialog's files, or what a folder of one is made of. */
@@ -88,6 +86,13 @@ function save(name, bytes) {
     link.download = name;
     link.click();
     setTimeout(() => URL.revokeObjectURL(link.href), 60_000);
+}
+
+/** One of the page's own files. */
+async function fetched(name) {
+    const answer = await fetch(name).catch((error) => { throw new Error(`${name}: ${error.message}`); });
+    if (!answer.ok) throw new Error(`${name}: ${answer.status} ${answer.statusText}`);
+    return answer.arrayBuffer();
 }
 
 function worker(module) {
@@ -162,7 +167,7 @@ async function run() {
     const canvas = document.getElementById('canvas');
     const module = await compiled();
     await start({ module_or_path: module });
-    const hooks = { choose, save, work: worker(module) };
+    const hooks = { choose, save, fetch: fetched, work: worker(module) };
     const page = await Page.open(canvas, hooks, found.software);
     takeDrops(canvas, page);
     tellBreaks(page);

@@ -153,7 +153,8 @@ impl Maker {
                 }
             }
             if wants(Part::Studio) {
-                made.extend(self.studio(&native, &self.graphs(&STUDIO, parts, &native)?)?);
+                let graphs = self.graphs(&STUDIO, parts, &native)?;
+                made.extend(self.studio(&native, &graphs, self.viewer(options.from)?.as_deref())?);
             }
             for (name, bytes) in made {
                 write(&self.out.join(&name), &bytes)?;
@@ -245,24 +246,51 @@ impl Maker {
         Ok(made)
     }
 
-    fn studio(&self, native: &Native, graphs: &Graphs) -> Result<Made, String> {
+    /// The npm package in a folder, of which the Studio makes pages for others.
+    fn viewer(&self, from: Option<&Path>) -> Result<Option<PathBuf>, String> {
+        if let Some(folder) = from {
+            println!(
+                "LEFT OUT: pages for others, for what is taken from {} has no program",
+                folder.display()
+            );
+            return Ok(None);
+        }
+        let viewer = self.staging.join("viewer");
+        // Its tools are Debian's of today, as those for the wheels are: where they do not come, the rest is made.
+        match run(Command::new("script/js").arg("--out").arg(&viewer).current_dir(&self.root)) {
+            Ok(()) => Ok(Some(viewer)),
+            Err(why) => {
+                println!("LEFT OUT: pages for others, for there is no program for them: {why}");
+                Ok(None)
+            }
+        }
+    }
+
+    fn studio(&self, native: &Native, graphs: &Graphs, viewer: Option<&Path>) -> Result<Made, String> {
         let (_, notes) = command::notes(&self.root)?;
         let own = own_licenses(&self.root)?;
         let mut made = vec![];
-        let works = graphs.linux(&STUDIO)?;
+        let of_pages = match viewer {
+            Some(_) => in_browsers(&self.root)?,
+            None => vec![],
+        };
+        let root = self.root.as_path();
+        let works = both(graphs.linux(&STUDIO)?, of_pages.clone());
         let (notice, bill) = (works::notice(&works), self.bill("lumivox-studio", &STUDIO, &works)?);
         let words = Words { notes: &notes, notice: &notice, bill: &bill };
         let name = format!("lumivox-studio-{VERSION}-x86_64");
-        let archive = studio::linux(&native.studio, &self.root, &own, &words, self.how)?;
+        let content = studio::Content { studio: &native.studio, viewer, root };
+        let archive = studio::linux(&content, &own, &words, self.how)?;
         made.push((format!("{name}-linux.tar.xz"), archive));
-        let package = studio::debian(&native.studio, &self.root, &own, &words, self.how)?;
+        let package = studio::debian(&content, &own, &words, self.how)?;
         made.push((format!("lumivox-studio_{VERSION}_amd64.deb"), package));
         made.push((format!("{name}-linux.cdx.json"), bill.into_bytes()));
         if let Some(files) = self.windows_files(Part::Studio) {
-            let works = graphs.windows(&STUDIO)?;
+            let works = both(graphs.windows(&STUDIO)?, of_pages);
             let (notice, bill) = (works::notice(&works), self.bill("lumivox-studio", &STUDIO, &works)?);
             let words = Words { notes: &notes, notice: &notice, bill: &bill };
-            let archive = studio::windows(&files[0], &own, &words, self.how)?;
+            let content = studio::Content { studio: &files[0], ..content };
+            let archive = studio::windows(&content, &own, &words, self.how)?;
             made.push((format!("{name}-windows.zip"), archive));
             made.push((format!("{name}-windows.cdx.json"), bill.into_bytes()));
         }
@@ -339,14 +367,8 @@ impl Maker {
             ),
         }
         let roots = ["lumivox-python"];
-        let mut works = Graph::new(&self.root, LINUX, &roots)?.linked(&roots)?;
-        // What the notebook's widget sends to browsers.
-        let of_page = ["lumivox-js"];
-        for work in Graph::new(&self.root, BROWSERS, &of_page)?.linked(&of_page)? {
-            if !works.iter().any(|known| (&known.name, &known.version) == (&work.name, &work.version)) {
-                works.push(work);
-            }
-        }
+        // With what the notebook's widget sends to browsers.
+        let works = both(Graph::new(&self.root, LINUX, &roots)?.linked(&roots)?, in_browsers(&self.root)?);
         let bill = format!("lumivox-python-{VERSION}.cdx.json");
         write(&self.out.join(&bill), self.bill("lumivox-python", &roots, &works)?.as_bytes())?;
         names.push(bill);
@@ -364,6 +386,7 @@ impl Maker {
         run(script.args(["--web", "--out"]).arg(&page).current_dir(&self.root))?;
         let roots = ["lumivox-studio"];
         let works = Graph::new(&self.root, BROWSERS, &roots)?.linked(&roots)?;
+        let works = both(works, in_browsers(&self.root)?);
         let mut files = Files::default();
         files.add_folder("lumivox-studio/", &page, &|_| true)?;
         files.add("lumivox-studio/NOTICE.txt", archive::File::text(works::notice(&works)));
@@ -392,7 +415,7 @@ impl Maker {
         }
         run(Command::new("script/js").arg("--out").arg(&package).current_dir(&self.root))?;
         let roots = ["lumivox-js"];
-        let works = Graph::new(&self.root, BROWSERS, &roots)?.linked(&roots)?;
+        let works = in_browsers(&self.root)?;
         let mut files = Files::default();
         files.add_folder("", &package, &|_| true)?;
         files.add("NOTICE.txt", archive::File::text(works::notice(&works)));
@@ -454,6 +477,12 @@ fn both(mut works: Vec<Work>, others: Vec<Work>) -> Vec<Work> {
         }
     }
     works
+}
+
+/// What is linked into the program for pages.
+fn in_browsers(root: &Path) -> Result<Vec<Work>, String> {
+    let roots = ["lumivox-js"];
+    Graph::new(root, BROWSERS, &roots)?.linked(&roots)
 }
 
 /// The licences of Lumivox itself.

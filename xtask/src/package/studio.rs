@@ -41,9 +41,30 @@ const DEBIAN: About = About {
  Not a medical device.",
 };
 
+/// What is packed.
+pub struct Content<'a> {
+    /// The program, for one of the systems.
+    pub studio: &'a Path,
+    /// The npm package, of which pages for others are made; none where programs were taken from elsewhere.
+    pub viewer: Option<&'a Path>,
+    /// Where the sources lie.
+    pub root: &'a Path,
+}
+
+impl Content<'_> {
+    /// Of that package, what such a page takes: `Viewer::FILES` of the Studio's `sharing.rs`.
+    fn add_viewer(&self, folder: &str, files: &mut Files) -> Result<(), String> {
+        let parts = ["lumivox.js", "lumivox_wasm.js", "lumivox_wasm_bg.wasm"];
+        let all = self.viewer.into_iter().flat_map(|viewer| parts.map(|name| (name, viewer.join(name))));
+        all.into_iter().try_for_each(|(name, from)| files.add_copy(format!("{folder}/{name}"), &from))
+    }
+}
+
 /// The program where Linux's menus find it, below `/usr` or `~/.local`.
-fn shared(studio: &Path, root: &Path) -> Result<Files, String> {
+fn shared(content: &Content<'_>) -> Result<Files, String> {
+    let Content { studio, root, .. } = content;
     let mut files = Files::default();
+    content.add_viewer("share/lumivox-studio/viewer", &mut files)?;
     files.add("bin/lumivox-studio", program(studio)?);
     files.add("share/applications/lumivox-studio.desktop", File::text(ENTRY));
     let icon = "share/icons/hicolor/scalable/apps/lumivox-studio.svg";
@@ -52,14 +73,8 @@ fn shared(studio: &Path, root: &Path) -> Result<Files, String> {
 }
 
 /// `lumivox-studio-VERSION-x86_64-linux.tar.xz`.
-pub fn linux(
-    studio: &Path,
-    root: &Path,
-    own: &Files,
-    words: &Words<'_>,
-    how: How,
-) -> Result<Vec<u8>, String> {
-    let mut files = shared(studio, root)?;
+pub fn linux(content: &Content<'_>, own: &Files, words: &Words<'_>, how: How) -> Result<Vec<u8>, String> {
+    let mut files = shared(content)?;
     files.add("README.txt", File::text(filled(README_LINUX)));
     add_words(&mut files, own, "lumivox-studio", words);
     let tar = files.within(&format!("lumivox-studio-{VERSION}-x86_64-linux")).tar("", how.date)?;
@@ -67,21 +82,16 @@ pub fn linux(
 }
 
 /// `lumivox-studio-VERSION-x86_64-windows.zip`, of which nothing needs to be installed.
-pub fn windows(studio: &Path, own: &Files, words: &Words<'_>, how: How) -> Result<Vec<u8>, String> {
+pub fn windows(content: &Content<'_>, own: &Files, words: &Words<'_>, how: How) -> Result<Vec<u8>, String> {
     let mut files = Files::default();
-    files.add("lumivox-studio.exe", program(studio)?);
+    content.add_viewer("viewer", &mut files)?;
+    files.add("lumivox-studio.exe", program(content.studio)?);
     files.add("README.txt", File::text(filled(README_WINDOWS).replace('\n', "\r\n")));
     add_words(&mut files, own, "lumivox-studio", words);
     files.within(&format!("lumivox-studio-{VERSION}-x86_64-windows")).zip(how.date)
 }
 
 /// `lumivox-studio_VERSION_amd64.deb`.
-pub fn debian(
-    studio: &Path,
-    root: &Path,
-    own: &Files,
-    words: &Words<'_>,
-    how: How,
-) -> Result<Vec<u8>, String> {
-    debian::pack(shared(studio, root)?, &DEBIAN, own, words, how)
+pub fn debian(content: &Content<'_>, own: &Files, words: &Words<'_>, how: How) -> Result<Vec<u8>, String> {
+    debian::pack(shared(content)?, &DEBIAN, own, words, how)
 }

@@ -31,6 +31,9 @@ const HEAD: Part = [420, 330, 560, 480];
 const NOTHING: Part = [250, 90, 330, 160];
 /// The axial slice.
 const SLICE: Part = [740, 80, 940, 260];
+/// Of a page for others, where the head is, and where nothing is.
+const PAGE_MIDDLE: Part = [540, 300, 740, 500];
+const PAGE_CORNER: Part = [40, 560, 200, 700];
 
 /// How much is tried.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -68,10 +71,12 @@ pub fn run(
         return trial.is_quiet();
     }
     trial.looks()?;
+    let shared = trial.shares()?;
     trial.pair()?;
     trial.empty_folder()?;
     trial.is_quiet()?;
     trial.is_held()?;
+    trial.is_shared(&shared)?;
     trial.offline()?;
     trial.broken()?;
     trial.without_webgpu()
@@ -153,6 +158,69 @@ impl Trial<'_> {
         Ok(())
     }
 
+    /// The scan as a page of its own, in a file.
+    fn shares(&mut self) -> Result<PathBuf, String> {
+        let begin = Instant::now();
+        self.keep_saved()?;
+        self.browser.evaluate("window.studio.share()")?;
+        let page = self.saved()?;
+        let took = begin.elapsed().as_secs_f64();
+        println!("web: a page of {:.1} MB for others is there after {took:.0} s", page.len() as f64 / 1e6);
+        let file =
+            std::path::absolute(self.pictures.join("shared.html")).map_err(|error| error.to_string())?;
+        fs::write(&file, page).map_err(|error| format!("{}: {error}", file.display()))?;
+        Ok(file)
+    }
+
+    /// Such a page shows the scan from wherever it lies, and asks for nothing.
+    fn is_shared(&mut self, file: &Path) -> Result<(), String> {
+        let asked = self.browser.events.len();
+        let begin = Instant::now();
+        let url = format!("file://{}", file.display());
+        self.browser.ask("Page.navigate", json!({ "url": url }))?;
+        let is_there = "window.view !== undefined && document.getElementById('told').hidden";
+        self.browser.wait(is_there, 2 * PATIENCE)?;
+        let took = begin.elapsed().as_secs_f64();
+        self.browser.wait("parseInt(document.getElementById('samples').textContent) >= 4", 2 * PATIENCE)?;
+        let look = "(look => { look.value = 'ct-bone'; look.onchange(); return window.view.preset })(document.getElementById('look'))";
+        let bone = self.browser.evaluate(look)?;
+        self.browser.evaluate("document.getElementById('reset').click()")?;
+        self.browser.wait("parseInt(document.getElementById('samples').textContent) >= 4", 2 * PATIENCE)?;
+        let seen = self.seen("7-shared")?;
+        let (middle, corner) = (seen.mean(PAGE_MIDDLE), seen.mean(PAGE_CORNER));
+        let colors = seen.colors(PAGE_MIDDLE);
+        if bone != json!("ct-bone") || middle < corner + 30.0 || colors < 500 {
+            return Err(format!(
+                "a page for others shows {middle:.0} of {colors} colours, beside it {corner:.0}; {bone}"
+            ));
+        }
+        let requests =
+            self.browser.events.iter().skip(asked).filter(|it| it["method"] == "Network.requestWillBeSent");
+        let urls = requests.filter_map(|it| it["params"]["request"]["url"].as_str());
+        let strange: Vec<&str> =
+            urls.filter(|asked| !asked.starts_with(&url) && !asked.starts_with("blob:")).collect();
+        if !strange.is_empty() {
+            return Err(format!("a page for others asks for {}", strange.join(", ")));
+        }
+        println!("web: a page for others is seen after {took:.0} s: {middle:.0} of {colors} colours");
+        self.go("studio/")?;
+        self.browser.wait("window.studio !== undefined", PATIENCE).map(|_| ())
+    }
+
+    /// Keeps what the page gives somebody as a file.
+    fn keep_saved(&mut self) -> Result<(), String> {
+        let keep = "window.saved = undefined; window.make ??= URL.createObjectURL; \
+                    URL.createObjectURL = blob => window.make.call(URL, window.saved = blob); true";
+        self.browser.evaluate(keep).map(|_| ())
+    }
+
+    /// What that is.
+    fn saved(&mut self) -> Result<String, String> {
+        self.browser.wait("window.saved !== undefined", PATIENCE)?;
+        let saved = self.browser.evaluate("window.saved.text()")?;
+        Ok(saved.as_str().unwrap_or_default().to_owned())
+    }
+
     /// A header and its samples, dropped side by side; a scene of them names the header as it is called, and finds it again.
     fn pair(&mut self) -> Result<(), String> {
         let file =
@@ -172,16 +240,13 @@ impl Trial<'_> {
         self.browser.drop_files(&[&samples, &header], 500.0, 400.0)?;
         self.shown("[24, 24, 24]", "the header with its samples")?;
         self.seen("5-pair")?;
-        let keep = "URL.createObjectURL = (make => blob => make.call(URL, window.saved = blob))(URL.createObjectURL)";
-        self.browser.evaluate(&format!("{keep}; true"))?;
+        self.keep_saved()?;
         for kind in ["keyDown", "keyUp"] {
             let key = json!({ "type": kind, "key": "s", "code": "KeyS", "windowsVirtualKeyCode": 83, "modifiers": 2 });
             self.browser.ask("Input.dispatchKeyEvent", key)?;
         }
-        self.browser.wait("window.saved !== undefined", PATIENCE)?;
-        let saved = self.browser.evaluate("window.saved.text()")?;
-        let saved = saved.as_str().unwrap_or_default();
-        let document: Value = serde_json::from_str(saved).map_err(|error| format!("{error}: {saved}"))?;
+        let saved = self.saved()?;
+        let document: Value = serde_json::from_str(&saved).map_err(|error| format!("{error}: {saved}"))?;
         let files = &document["volumes"][0]["scan"]["files"];
         if *files != json!(["ball.nhdr"]) {
             return Err(format!("the scene names {files}, and not ball.nhdr"));
@@ -352,7 +417,7 @@ impl Trial<'_> {
         let words = "!document.getElementById('told').hidden && \
                      document.getElementById('words').textContent.includes('The Studio broke')";
         self.browser.wait(words, PATIENCE)?;
-        self.seen("7-broken")?;
+        self.seen("8-broken")?;
         println!("web: a program that breaks says so");
         Ok(())
     }
@@ -363,7 +428,7 @@ impl Trial<'_> {
         self.go("studio/?without")?;
         let words = "location.search === '?without' && document.getElementById('words')?.textContent.includes('has no WebGPU')";
         self.browser.wait(words, PATIENCE)?;
-        self.seen("8-without-webgpu")?;
+        self.seen("9-without-webgpu")?;
         println!("web: a browser without WebGPU is told so");
         Ok(())
     }

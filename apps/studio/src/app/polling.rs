@@ -1,5 +1,7 @@
 //! What jobs have told, before each frame.
 
+use std::path::Path;
+
 use eframe::egui::{self, ColorImage, TextureOptions};
 use lumivox_core::Preset;
 
@@ -13,6 +15,14 @@ use crate::words::Word;
 
 /// Samples of the picture from which looks are made pictures of, too: where a processor traces, it rests minutes later.
 const ENOUGH: u32 = 64;
+
+/// What is done for a file.
+fn exporting(file: &Path) -> Word {
+    match file.extension() {
+        Some(ending) if ending == "html" => Word::Sharing,
+        _ => Word::Rendering,
+    }
+}
 
 impl App {
     /// What jobs have told.
@@ -56,7 +66,7 @@ impl App {
         let jobs = [
             self.archive.busy().map(|busy| (Word::Reading, busy)),
             self.opening.as_ref().map(|job| (opening, job.busy())),
-            self.exporting.as_ref().map(|(_, job)| (Word::Rendering, job.busy())),
+            self.exporting.as_ref().map(|(file, job)| (exporting(file), job.busy())),
             self.showing.as_ref().map(|job| (Word::Showing, job.busy())),
         ];
         self.state.busy = jobs.into_iter().flatten().next();

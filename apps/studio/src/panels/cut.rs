@@ -1,4 +1,5 @@
-//! What is cut away: a box along the scan's sides, planes, boxes and balls as they lie in the world, and what a lasso was drawn around.
+//! What is cut away: a box along the scan's sides, what lies near the skin, planes, boxes and balls as they lie in the world, and what a
+//! lasso was drawn around.
 
 use eframe::egui::{RichText, Slider, Ui};
 use lumivox_core::document::{Entry, Rows, Shape, Space, affine, rows};
@@ -17,6 +18,7 @@ pub fn show(ui: &mut Ui, state: &mut State) {
     let p = palette(state.settings.is_dark);
     ui.label(RichText::new(state.say(Word::CutHint)).small().color(p.weak));
     sides(ui, state);
+    peel(ui, state);
     ui.add_space(4.0);
     for index in 0..shapes(state).len() {
         shape(ui, state, index);
@@ -24,12 +26,13 @@ pub fn show(ui: &mut Ui, state: &mut State) {
     add(ui, state);
     lasso::list(ui, state);
     let is_cut = entry(state).is_some_and(|entry| {
-        entry.clip.is_some() || !entry.clip_shapes.is_empty() || !entry.lassos.is_empty()
+        let is_peeled = entry.peel.is_some_and(|mm| mm > 0.0);
+        is_peeled || entry.clip.is_some() || !entry.clip_shapes.is_empty() || !entry.lassos.is_empty()
     });
     if is_cut && ui.button(state.say(Word::CutNothing)).clicked() {
         state.change(Word::CutNothing, |document| {
             for entry in &mut document.volumes {
-                entry.clip = None;
+                (entry.clip, entry.peel) = (None, None);
                 entry.clip_shapes.clear();
                 entry.lassos.clear();
             }
@@ -72,6 +75,28 @@ fn sides(ui: &mut Ui, state: &mut State) {
     if [low, high] != before {
         let kept = placement::clip_box(&scan, low, high).map(|corner| corner.to_array());
         put_box(state, what, kept);
+    }
+}
+
+/// Millimetres that are taken off from the skin at most. What lies deeper is for planes and boxes.
+const DEEPEST_PEEL: f64 = 30.0;
+
+/// How deep below the skin the picture begins. Skin is found in CTs alone.
+fn peel(ui: &mut Ui, state: &mut State) {
+    let Some(session) = &state.session else { return };
+    let scan = session.scan();
+    if !scan.is_hounsfield() && !scan.may_be_hounsfield() {
+        return;
+    }
+    let Some(peel) = entry(state).map(|entry| entry.peel.unwrap_or(0.0)) else { return };
+    let mut mm = peel;
+    let bar = Slider::new(&mut mm, 0.0..=DEEPEST_PEEL.max(peel)).step_by(0.5).suffix(" mm");
+    let response = ui.scope(|ui| slider(ui, state.say(Word::Peel), bar));
+    response.response.on_hover_text(state.say(Word::PeelHint));
+    if response.inner {
+        state.change(Word::Peel, |document| {
+            document.volumes.iter_mut().take(1).for_each(|entry| entry.peel = (mm > 0.0).then_some(mm));
+        });
     }
 }
 

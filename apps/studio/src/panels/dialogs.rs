@@ -7,6 +7,7 @@ use eframe::egui::{self, Align, DragValue, Id, Key, Margin, Modal, RichText, Ui}
 use crate::archive;
 use crate::errands;
 use crate::settings::Mouse;
+use crate::sharing::SIDES;
 use crate::state::{Action, Ask, Dialog, ExportDraft, State};
 use crate::theme::{palette, primary};
 use crate::words::Word;
@@ -24,6 +25,7 @@ pub fn show(context: &egui::Context, state: &mut State) {
         match state.dialog.clone() {
             Some(Dialog::About) => about(context, state),
             Some(Dialog::Export(draft)) => export(context, state, draft),
+            Some(Dialog::Share(side, may)) => share(context, state, (side, may)),
             Some(Dialog::Restore(_)) => restore(context, state),
             Some(Dialog::Overwrite { file, steps, there }) => {
                 overwrite(context, state, (file, steps), &there)
@@ -95,11 +97,13 @@ fn about(context: &egui::Context, state: &mut State) {
         ("Ctrl+O   Ctrl+Shift+O", Word::KeyOpen),
         ("Ctrl+Shift+A", Word::ArchiveTitle),
         ("Ctrl+S   Ctrl+E", Word::KeySave),
+        ("Ctrl+Shift+E   Ctrl+C", Word::KeyShare),
         ("Ctrl+Z   Ctrl+Y", Word::KeyUndo),
         ("1 \u{2013} 5   G   M   Space", Word::KeyViews),
         ("Arrows   Page Up/Down", Word::KeyTurn),
         ("+   \u{2212}   R", Word::KeyZoom),
-        ("V   D   A   E   W", Word::KeyTools),
+        ("V   D   A   E   W   L", Word::KeyTools),
+        ("Alt+Arrows   Enter", Word::KeyCross),
         ("O   S   Delete", Word::KeySlices),
     ];
     let (closed, leaves) = modal(context, state, 560.0, |ui| {
@@ -243,6 +247,38 @@ fn export(context: &egui::Context, state: &mut State, mut draft: ExportDraft) {
         state.dialog = None;
         state.act(Action::Copy);
     } else if cancels || leaves {
+        state.dialog = None;
+    }
+}
+
+/// A page for others: what is in it is said, and who may have it is asked, before anything is written.
+fn share(context: &egui::Context, state: &mut State, (mut side, mut may): (usize, bool)) {
+    let p = palette(state.settings.is_dark);
+    let ([saves, cancels], leaves) = modal(context, state, 480.0, |ui| {
+        heading(ui, state.say(Word::ShareTitle));
+        ui.label(state.say(Word::ShareWhat));
+        ui.add_space(6.0);
+        ui.horizontal(|ui| {
+            ui.label(state.say(Word::ShareSide));
+            for own in SIDES {
+                ui.selectable_value(&mut side, own, own.to_string());
+            }
+        });
+        ui.add_space(6.0);
+        ui.label(RichText::new(state.say(Word::ShareFace)).color(p.warning));
+        ui.checkbox(&mut may, state.say(Word::ShareMay));
+        ui.label(RichText::new(state.say(Word::NoDevice)).small().color(p.warning));
+        buttons(ui, |ui| {
+            let saves = ui.add_enabled(may, primary(&p, state.say(Word::ShareSave))).clicked();
+            [saves, ui.button(state.say(Word::Cancel)).clicked()]
+        })
+    });
+    state.dialog = Some(Dialog::Share(side, may));
+    if saves {
+        let name = state.session.as_ref().map(|session| session.file_name("html")).unwrap_or_default();
+        state.act(Action::Ask(Ask::SavePage(name, side)));
+    }
+    if saves || cancels || leaves {
         state.dialog = None;
     }
 }

@@ -9,6 +9,7 @@ use lumivox_core::document::Lighting;
 use lumivox_core::glam::{DMat3, DVec3};
 
 use super::look::slider;
+use super::marks::nudged;
 use crate::state::{Action, Ask, State};
 use crate::theme::palette;
 use crate::words::Word;
@@ -17,6 +18,8 @@ use crate::words::Word;
 const IRRADIANCE: f64 = 3.0;
 /// Its radius in the sky, in degrees: shadows have soft edges.
 const DEGREES: f64 = 6.0;
+/// That it is turned by an arrow key.
+const NUDGE_DEGREES: f64 = 2.0;
 /// The ball's side.
 const BALL: f32 = 86.0;
 
@@ -102,6 +105,14 @@ fn key_light(ui: &mut Ui, state: &mut State) {
         if let Some(at) = response.interact_pointer_pos().filter(|_| pressed) {
             let direction = axes * -from_of(rect, at);
             shine(state, direction, key.map_or(IRRADIANCE, |(_, _, bright)| bright));
+        }
+        if let (Some(by), Some((_, from, bright))) = (nudged(ui, &response), key) {
+            let [right, down] = [by.x, by.y].map(|by| (f64::from(by) * NUDGE_DEGREES).to_radians());
+            shine(
+                state,
+                axes * -(DMat3::from_rotation_y(right) * DMat3::from_rotation_x(down) * from),
+                bright,
+            );
         }
         response.on_hover_text(state.say(Word::KeyLightHint));
         ui.vertical(|ui| {

@@ -9,7 +9,7 @@ use lumivox_core::glam::DVec3;
 
 use super::marks::{handle, line, nudged, plate};
 use crate::measuring::{Draft, kind_word, made, moved, placed_points};
-use crate::slices::{Axes, ellipse};
+use crate::slices::{Axes, Plane, ellipse};
 use crate::state::{Action, Ask, State, Tool, ViewId};
 use crate::theme::palette;
 use crate::words::Word;
@@ -72,6 +72,17 @@ pub fn place(gestures: &Gestures, view: ViewId, axes: Axes, state: &mut State) {
     if let Some(measurement) = made(kind, &draft.points, axes) {
         state.change(kind_word(kind), |document| document.measurements.push(measurement));
     }
+}
+
+/// The tool's next point, where the cross is in a slice.
+pub fn place_at_cross(plane: Plane, state: &mut State) {
+    let cross = Some(state.cross);
+    place(
+        &Gestures { clicked: cross, now: cross, ..Gestures::default() },
+        ViewId::Slice(plane),
+        state.axes(plane),
+        state,
+    );
 }
 
 /// The line of a measurement in the patient: an ellipse is one of many points.

@@ -142,15 +142,24 @@ fn row(ui: &mut Ui, state: &mut State, labelling: &Labelling, label: &Structure)
     });
 }
 
-/// A look for one structure: as the scan has it, solid whatever its values are, or one of the scan's looks.
+/// A menu for one structure: whether cuts spare it; and its look, as the scan has it, solid whatever its values are, or one of the
+/// scan's looks.
 fn look(ui: &mut Ui, state: &mut State, word: &str, name: &str) {
     let own = entry(state).and_then(|entry| {
         let styles = &entry.labels.as_ref()?.styles;
         styles.iter().rfind(|style| style.label == word).cloned()
     });
+    let mut is_spared = own.as_ref().is_some_and(|style| style.clipped == Some(false));
     let (preset, is_solid) =
         own.map_or((None, false), |style| (style.preset, style.transfer_function.is_some()));
     let menu = ui.menu_button(RichText::new("\u{2026}").size(15.0), |ui| {
+        if ui.checkbox(&mut is_spared, state.say(Word::StructureSpared)).changed() {
+            state.change(Word::StructureSpared, |document| {
+                change(document, word, |style| style.clipped = Some(!is_spared));
+            });
+            ui.close();
+        }
+        ui.separator();
         let mut chosen = None;
         if ui.selectable_label(preset.is_none() && !is_solid, state.say(Word::StructureAsScan)).clicked() {
             chosen = Some((None, None));

@@ -120,6 +120,21 @@ fn window(ui: &mut Ui, state: &mut State) {
                 }
             }
         }
+        ui.separator();
+        let [low, high] = scan.value_range();
+        let speed = (high - low) / 2000.0;
+        let reach = (high - low).max(f64::from(f32::MIN_POSITIVE));
+        for (place, word, range) in [
+            (0, Word::WindowLevel, low - reach..=high + reach),
+            (1, Word::WindowWidth, 1e-4 * reach..=4.0 * reach),
+        ] {
+            ui.horizontal(|ui| {
+                let label = ui.label(state.say(word));
+                let value =
+                    DragValue::new(&mut state.window[place]).range(range).speed(speed).max_decimals(3);
+                ui.add(value).labelled_by(label.id);
+            });
+        }
     });
 }
 

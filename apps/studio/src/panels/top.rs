@@ -34,6 +34,7 @@ pub fn toolbar(ui: &mut Ui, state: &mut State) {
         );
         let has_picture = state.session.as_ref().is_some_and(|session| !session.is_coming());
         button(ui, state, Word::Export, "Ctrl+E", has_picture, Action::ExportDialog);
+        button(ui, state, Word::Share, "Ctrl+Shift+E", has_picture, Action::ShareDialog);
         ui.add_space(10.0);
         let [undo, redo] = state.session.as_ref().map_or([None, None], |session| session.history().next());
         for (word, step, keys, action) in
@@ -234,6 +235,9 @@ pub fn keys(context: &egui::Context, state: &mut State) {
         if pressed(Modifiers::COMMAND, Key::S) {
             let name = state.session.as_ref().map(|session| session.file_name("lumivox"));
             actions.push(Action::Ask(Ask::SaveScene(name.unwrap_or_default())));
+        }
+        if pressed(shift, Key::E) {
+            actions.push(Action::ShareDialog);
         }
         if pressed(Modifiers::COMMAND, Key::E) {
             actions.push(Action::ExportDialog);

@@ -6,7 +6,7 @@ use eframe::egui::{
 use lumivox_core::glam::DVec2;
 use lumivox_viewport::{Button, Gesture, Held};
 
-use super::{slice, three_d};
+use super::{measure, slice, three_d};
 use crate::live::Live;
 use crate::slices::Plane;
 use crate::state::{Action, Layout, State, ViewId};
@@ -148,12 +148,12 @@ pub const BUTTONS: [(PointerButton, Button); 3] = [
     (PointerButton::Secondary, Button::Secondary),
 ];
 
-/// Keys of the active view: arrows turn or step, plus and minus come closer, R frames all.
+/// Keys of the active view: arrows turn or step, with Alt they move a slice's cross; plus and minus come closer, R frames all; Enter
+/// places a measurement's point at the cross.
 fn view_keys(ui: &Ui, state: &mut State) {
     use egui::Key;
     let is_free = ui.memory(|memory| memory.focused().is_none());
-    let Some(session) = &state.session else { return };
-    if !is_free || state.dialog.is_some() {
+    if !is_free || state.dialog.is_some() || state.session.is_none() {
         return;
     }
     let (held, count) = ui.input(|input| {
@@ -170,12 +170,22 @@ fn view_keys(ui: &Ui, state: &mut State) {
         )
     });
     let [right, down, closer, page, all] = count;
+    if let ViewId::Slice(plane) = state.active
+        && !held.command
+    {
+        if ui.input(|input| input.key_pressed(Key::Enter)) {
+            measure::place_at_cross(plane, state);
+        }
+        if held.alt {
+            return state.move_cross(plane, [right, down]);
+        }
+    }
     if held.command || held.alt || count == [0.0; 5] {
         return;
     }
     match state.active {
         ViewId::ThreeD => {
-            let mut orbit = session.orbit();
+            let Some(mut orbit) = state.session.as_ref().map(|session| session.orbit()) else { return };
             Gesture::Turn.apply(&mut orbit, [right * 0.04, down * 0.04]);
             Gesture::wheel(&mut orbit, closer);
             state.act(if all > 0.0 {

@@ -12,11 +12,13 @@ use wasm_bindgen_futures::spawn_local;
 
 use crate::app::Choice;
 use crate::darkroom::{self, Darkroom, Exported, Picture, Tile};
+use crate::files;
 use crate::jobs::{Busy, Desk, Job, Wake, elsewhere};
 use crate::opening::{Opened, SharedStudy, Shown, Source, Told};
 use crate::parcel::{Errand, OpenedWords, Packer, Unpacker, Word};
 use crate::session::Wanted;
-use crate::web::{Arrived, TilePress, expose, is_software, leaving, send};
+use crate::sharing::{self, Sharing, Viewer};
+use crate::web::{Arrived, TilePress, expose, fetch, is_software, leaving, send};
 
 /// Sends an errand, and reads what comes of it. `None` of `read` is what was told of it already.
 fn begin<M: Send + 'static>(
@@ -222,6 +224,37 @@ pub fn turn(
     let (job, desk) = elsewhere(wake, || {});
     desk.done();
     job
+}
+
+/// Writes a page for others, by the program for pages that lies beside this one.
+pub fn share(sharing: Sharing, file: PathBuf, wake: Wake) -> Job<Exported> {
+    let (job, desk) = elsewhere(wake, || {});
+    spawn_local(async move {
+        let page = match viewer().await {
+            Ok(viewer) => {
+                // What goes on is seen before the page stands still.
+                pause().await;
+                sharing::page(&sharing, &viewer, desk.cancel())
+            }
+            Err(why) => Err(why),
+        };
+        if !desk.cancel().is_cancelled() {
+            let kept =
+                page.and_then(|page| files::save(&file, &mut |out| Ok(out.write_all(page.as_bytes())?)));
+            desk.tell(kept.map_or_else(Exported::Failed, |()| Exported::Written(None)));
+        }
+        desk.done();
+        desk.wake();
+    });
+    job
+}
+
+async fn viewer() -> Result<Viewer, String> {
+    let mut all = vec![];
+    for name in Viewer::FILES {
+        all.push(fetch(&format!("viewer/{name}")).await?);
+    }
+    all.try_into().map(Viewer::new).map_err(|_| String::new())
 }
 
 /// Waits for a file dialog.

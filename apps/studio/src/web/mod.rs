@@ -19,6 +19,7 @@ use crate::arrivals::{Arrivals, Given};
 use crate::errands;
 use crate::session::Session;
 use crate::settings::{Drawer, Settings};
+use crate::sharing::SIDES;
 use crate::state::{Action, Ask};
 use crate::words::{Language, Word};
 
@@ -38,6 +39,10 @@ extern "C" {
     /// Gives somebody a file, as a download.
     #[wasm_bindgen(method)]
     fn save(this: &Hooks, name: &str, bytes: &Uint8Array);
+
+    /// One of the page's own files.
+    #[wasm_bindgen(method)]
+    fn fetch(this: &Hooks, name: &str) -> Promise;
 
     /// Has a Worker do an errand; `told` hears of it, and is called with `null` when the Worker breaks. Ends it when called.
     #[wasm_bindgen(method)]
@@ -182,6 +187,14 @@ impl Page {
         self.0.panic_summary().map(|panic| panic.message())
     }
 
+    /// Writes a page for others without asking anybody: for programs that try this page.
+    pub fn share(&self) {
+        if let Some(mut app) = self.0.app_mut::<App>() {
+            app.state.act(Action::Ask(Ask::SavePage("shared.html".to_owned(), SIDES[0])));
+            (app.wake())();
+        }
+    }
+
     /// How far it is, for programs: as JSON.
     pub fn told(&self) -> String {
         let Some(app) = self.0.app_mut::<App>() else { return "{}".to_owned() };
@@ -245,11 +258,27 @@ impl Chooser for Dialogs {
                     paths.iter().filter_map(|path| path.as_string().map(PathBuf::from)).collect()
                 })
             }
-            Ask::SaveScene(name) | Ask::SavePicture(name) | Ask::SaveTable(name) | Ask::SaveTurn(name, _) => {
+            Ask::SaveScene(name)
+            | Ask::SavePicture(name)
+            | Ask::SavePage(name, _)
+            | Ask::SaveTable(name)
+            | Ask::SaveTurn(name, _) => {
                 let name = PathBuf::from(name);
                 Box::pin(async move { vec![name] })
             }
         }
+    }
+}
+
+/// One of the page's own files.
+///
+/// # Errors
+/// Why it does not come.
+pub(crate) async fn fetch(name: &str) -> Result<Vec<u8>, String> {
+    let asked = with_page(|page| page.hooks.fetch(name)).ok_or("there is no page")?;
+    match JsFuture::from(asked).await {
+        Ok(bytes) => Ok(Uint8Array::new(&bytes).to_vec()),
+        Err(error) => Err(js_sys::Error::from(error).message().into()),
     }
 }
 

@@ -6,6 +6,8 @@ use lumivox_core::{ClipKind, Modality, Volume, Voxels};
 use lumivox_studio::slices::{self, Geometry, Plane};
 use lumivox_studio::words::Word;
 
+use eframe::egui::accesskit::Role;
+
 use super::*;
 
 fn first(studio: &Studio) -> Entry {
@@ -115,6 +117,39 @@ fn cuts_are_dragged_in_the_picture() {
     click(studio, "Uncut");
     assert!(first(studio).clip_shapes.is_empty());
     settle(studio);
+}
+
+#[test]
+fn skin_is_taken_off_by_millimetres() {
+    let _alone = alone();
+    let (mut studio, _, _folder) = with_head(32);
+    let studio = &mut studio;
+    click(studio, "Cut");
+    studio.get_by_role_and_label(Role::Slider, "Skin off").focus();
+    studio.run_steps(2);
+    studio.key_press(Key::ArrowRight);
+    settle(studio);
+    let peel = |studio: &Studio| session(studio).scene().0.volumes[0].peel.clone();
+    let wanted = first(studio).peel.unwrap();
+    let shown = peel(studio).expect("how deep its points lie");
+    assert!(wanted > 0.0 && shown.mm == wanted, "{wanted} {}", shown.mm);
+    // Once that is known, how much is taken off is a number: nothing is looked for.
+    studio.get_by_role_and_label(Role::Slider, "Skin off").focus();
+    studio.key_press(Key::ArrowRight);
+    studio.run_steps(2);
+    let deeper = peel(studio).unwrap();
+    assert!(studio.state().is_quiet() && deeper.mm > shown.mm && deeper.mm == first(studio).peel.unwrap());
+    assert!(Arc::ptr_eq(&deeper.depth, &shown.depth));
+    settle(studio);
+    screenshot(studio, "24-skin-off");
+    undo(studio);
+    settle(studio);
+    click(studio, "Uncut");
+    settle(studio);
+    assert!(first(studio).peel.is_none() && peel(studio).is_none_or(|peel| !peel.is_active()));
+    // Taken off again it is there at once.
+    undo(studio);
+    assert!(studio.state().is_quiet() && peel(studio).unwrap().is_active());
 }
 
 #[test]

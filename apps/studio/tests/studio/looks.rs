@@ -208,6 +208,16 @@ fn the_key_light_follows_the_ball() {
     assert!((light - DVec3::new(-0.6, 0.0, -0.8)).length() < 0.03, "{light}");
     undo(studio);
     assert_eq!(document(studio), lit);
+    // By keys, two degrees a time.
+    let before = from(studio);
+    studio.get_by_label("Direction of the key light").focus();
+    studio.run_steps(2);
+    studio.key_press(Key::ArrowRight);
+    studio.run_steps(2);
+    let by = from(studio).angle_between(DVec3::Y).to_degrees() - before.angle_between(DVec3::Y).to_degrees();
+    let turned = from(studio).angle_between(before).to_degrees();
+    assert!(by.abs() < 0.1 && (1.0..2.1).contains(&turned) && from(studio).x > before.x, "{by} {turned}");
+    undo(studio);
     // It stands in the world: from the other side of the patient it comes from behind.
     click(studio, "Back");
     studio.run_steps(2);

@@ -1,5 +1,6 @@
 //! Measurements: what is read off a phantom of known size, in slices and in 3D.
 
+use eframe::egui::accesskit::Role;
 use lumivox_core::document::{Measured, Measurement, MeasurementKind};
 use lumivox_core::glam::{DAffine3, DVec2, DVec3};
 use lumivox_core::{Modality, Volume, Voxels};
@@ -226,4 +227,39 @@ fn lengths_angles_and_regions_are_those_of_the_phantom() {
     open(studio, &[&scene]);
     let back = session(studio).document();
     assert_eq!(back.measurements, before.measurements);
+}
+
+#[test]
+fn keys_alone_measure() {
+    let _alone = alone();
+    let folder = tempfile::tempdir().unwrap();
+    let (mut studio, _) = studio();
+    let studio = &mut studio;
+    open(studio, &[&block(folder.path())]);
+    studio.key_press(Key::Num2);
+    studio.key_press(Key::D);
+    studio.run_steps(2);
+    let from = studio.state().state.cross;
+    studio.key_press(Key::Enter);
+    studio.run_steps(2);
+    for _ in 0..7 {
+        studio.key_press_modifiers(Modifiers::ALT, Key::ArrowRight);
+    }
+    studio.key_press_modifiers(Modifiers::ALT, Key::ArrowDown);
+    studio.run_steps(2);
+    let by = studio.state().state.cross - from;
+    assert!((by - DVec3::new(14.0, 2.0, 0.0)).length() < 1e-9, "voxels of 2 mm: {by}");
+    assert_eq!(count(studio), 0);
+    studio.key_press(Key::Enter);
+    studio.run_steps(2);
+    let Measured::Length(mm) = measured(studio, 0) else { panic!("a distance") };
+    assert!((mm - by.length()).abs() < 1e-9, "{mm}");
+    // A window is typed.
+    click(studio, "Window");
+    let level = studio.get_by_role_and_label(Role::SpinButton, "Level");
+    level.focus();
+    studio.run_steps(2);
+    studio.key_press(Key::ArrowUp);
+    studio.run_steps(2);
+    assert!(studio.state().state.window[0] > 40.0, "{:?}", studio.state().state.window);
 }

@@ -126,6 +126,10 @@ fn structures_are_found_and_opened_and_each_has_eye_colour_and_size() {
     assert!(styles(studio).iter().any(|style| style.label == "Tumour" && style.transfer_function.is_some()));
     settle(studio);
     screenshot(studio, "28-solid");
+    // Cuts go around it.
+    click(studio, "Look of the structure: Tumour");
+    click(studio, "Spared by cuts");
+    assert!(!session(studio).scene().0.volumes[0].labels.as_ref().unwrap().style(1).clipped);
 
     // What is no label map is told by its name, and what was there stays.
     let wrong = folder.path().join("wrong.nrrd");

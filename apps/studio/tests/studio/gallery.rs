@@ -1,0 +1,105 @@
+//! Ten pictures of the Studio as people see it, for the guide: of a fine head, clean. For a GPU.
+//!
+//! `LUMIVOX_SCREENSHOTS=FOLDER cargo test --release -p lumivox-studio gallery -- --ignored` keeps them.
+
+use eframe::egui::accesskit::Role;
+use lumivox_core::document::Keep;
+use lumivox_studio::state::{Layout, Tool};
+use lumivox_studio::words::Language;
+
+use super::*;
+
+/// Voxels of the head along each axis.
+const FINE: usize = 256;
+
+/// The picture, once it is clean.
+fn keep(studio: &mut Studio, name: &str) {
+    settle(studio);
+    studio.run_steps(4);
+    wait(studio, name, |app| app.state.progress.rests);
+    let seen = screenshot(studio, name);
+    let three_d = view(studio, "3D");
+    assert!(seen.mean(three_d.shrink(0.3 * three_d.width())) > 15.0, "{name}");
+}
+
+#[test]
+#[ignore = "its pictures are for people, and want a GPU"]
+fn ten_pictures() {
+    let _alone = alone();
+    let folder = tempfile::tempdir().unwrap();
+    let scan = head(folder.path(), FINE);
+    let (mut studio, _) = launch(Settings { has_agreed: true, ..Settings::default() }, true);
+    let studio = &mut studio;
+    let live = studio.state_mut().live_mut().unwrap();
+    live.set_samples(512);
+    *live.viewport_mut().pace_mut() = Pace::of(false);
+    live.set_most_pixels(u32::MAX);
+    open(studio, &[&scan]);
+    wait(studio, "all looks have their pictures", |app| {
+        app.state.looks.iter().all(|look| app.has_tile(*look))
+    });
+    click(studio, "Left");
+    keep(studio, "gallery-01-muscle");
+    click(studio, "Bone");
+    keep(studio, "gallery-02-bone");
+    click(studio, "Skin");
+    let middle = view(studio, "3D").center();
+    drag(studio, PointerButton::Primary, middle, middle + egui::vec2(150.0, 30.0));
+    keep(studio, "gallery-03-skin");
+
+    // Four slices and a measurement.
+    click(studio, "Muscle");
+    settle(studio);
+    click(studio, "Front");
+    click(studio, "Oblique");
+    studio.state_mut().state.layout = Layout::Grid;
+    studio.state_mut().state.take(Tool::Navigate);
+    keep(studio, "gallery-04-oblique");
+    click(studio, "Oblique");
+    click(studio, "3D and slices");
+    studio.key_press(Key::D);
+    studio.run_steps(2);
+    let axial = view(studio, "Axial").center();
+    drag(studio, PointerButton::Primary, axial - egui::vec2(60.0, 0.0), axial + egui::vec2(60.0, 0.0));
+    studio.key_press(Key::E);
+    let sagittal = view(studio, "Sagittal").center();
+    drag(studio, PointerButton::Primary, sagittal - egui::vec2(20.0, 50.0), sagittal + egui::vec2(50.0, 0.0));
+    keep(studio, "gallery-05-measured");
+    studio.key_press(Key::V);
+
+    // Cut open, and what a lasso leaves.
+    click(studio, "Bone");
+    settle(studio);
+    click(studio, "Cut");
+    click(studio, "Keep a box");
+    keep(studio, "gallery-06-cut");
+    click(studio, "Uncut");
+    settle(studio);
+    studio.state_mut().state.tab = Default::default();
+    studio.run_steps(2);
+    click(studio, "Skin");
+    settle(studio);
+    click(studio, "Cut");
+    studio.get_by_role_and_label(Role::Slider, "Skin off").focus();
+    for _ in 0..8 {
+        studio.key_press(Key::ArrowRight);
+    }
+    keep(studio, "gallery-07-skin-off");
+    click(studio, "Uncut");
+    settle(studio);
+
+    click(studio, "Structures");
+    click(studio, "Find in this scan");
+    keep(studio, "gallery-08-structures");
+    click(studio, "Share…");
+    studio.run_steps(4);
+    screenshot(studio, "gallery-09-share");
+    click(studio, "Cancel");
+    let settings =
+        Settings { is_dark: false, language: Language::German, ..studio.state().state.settings.clone() };
+    studio.state_mut().state.settings = settings;
+    studio.state_mut().state.tab = Default::default();
+    studio.run_steps(4);
+    keep(studio, "gallery-10-german");
+    assert_eq!(session(studio).document().volumes[0].scan.keep, Keep::Patient);
+}
