@@ -4,8 +4,8 @@
 
 use eframe::egui::accesskit::Role;
 use lumivox_core::document::Keep;
-use lumivox_studio::state::{Layout, Tool};
-use lumivox_studio::words::Language;
+use lumivox_studio::state::{Layout, Tab, Tool};
+use lumivox_studio::words::{Language, Word};
 
 use super::*;
 
@@ -51,23 +51,26 @@ fn ten_pictures() {
     click(studio, "Muscle");
     settle(studio);
     click(studio, "Front");
-    click(studio, "Oblique");
+    studio.key_press(Key::O);
     studio.state_mut().state.layout = Layout::Grid;
     studio.state_mut().state.take(Tool::Navigate);
     keep(studio, "gallery-04-oblique");
-    click(studio, "Oblique");
+    studio.key_press(Key::O);
     click(studio, "3D and slices");
     studio.key_press(Key::D);
     studio.run_steps(2);
     let axial = view(studio, "Axial").center();
-    drag(studio, PointerButton::Primary, axial - egui::vec2(60.0, 0.0), axial + egui::vec2(60.0, 0.0));
+    drag(studio, PointerButton::Primary, axial - egui::vec2(44.0, 0.0), axial + egui::vec2(44.0, 0.0));
     studio.key_press(Key::E);
     let sagittal = view(studio, "Sagittal").center();
     drag(studio, PointerButton::Primary, sagittal - egui::vec2(20.0, 50.0), sagittal + egui::vec2(50.0, 0.0));
     keep(studio, "gallery-05-measured");
     studio.key_press(Key::V);
+    studio.state_mut().state.change(Word::Delete, |document| document.measurements.clear());
+    studio.state_mut().state.tab = Tab::Look;
+    studio.run_steps(2);
 
-    // Cut open, and what a lasso leaves.
+    // Cut open, and without skin.
     click(studio, "Bone");
     settle(studio);
     click(studio, "Cut");
@@ -75,7 +78,7 @@ fn ten_pictures() {
     keep(studio, "gallery-06-cut");
     click(studio, "Uncut");
     settle(studio);
-    studio.state_mut().state.tab = Default::default();
+    studio.state_mut().state.tab = Tab::Look;
     studio.run_steps(2);
     click(studio, "Skin");
     settle(studio);
@@ -98,7 +101,7 @@ fn ten_pictures() {
     let settings =
         Settings { is_dark: false, language: Language::German, ..studio.state().state.settings.clone() };
     studio.state_mut().state.settings = settings;
-    studio.state_mut().state.tab = Default::default();
+    studio.state_mut().state.tab = Tab::Look;
     studio.run_steps(4);
     keep(studio, "gallery-10-german");
     assert_eq!(session(studio).document().volumes[0].scan.keep, Keep::Patient);
