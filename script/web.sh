@@ -125,7 +125,7 @@ make_page() (
     mkdir "$new/viewer" && bind_wasm lumivox-js lumivox_wasm "$new/viewer" &&
         cp apps/studio/web/* "$new" && cp js/package/lumivox.js "$new/viewer" || die "The page cannot be put together in $new."
     # Another version is another cache.
-    version=$(cat "$new"/* "$new"/viewer/* 2>/dev/null | fingerprint) && sed "s/VERSION/$version/" apps/studio/web/offline.js >"$new/offline.js" ||
+    version=$(find "$new" -type f -exec cat {} + | fingerprint) && sed "s/VERSION/$version/" apps/studio/web/offline.js >"$new/offline.js" ||
         die "The page cannot be put together in $new."
     put_in_place "$new" "$1" lumivox_studio_bg.wasm || die "The page cannot be put into $1."
     say "The page is in $1: $(fetched_size "$1/lumivox_studio_bg.wasm") as browsers fetch its program"

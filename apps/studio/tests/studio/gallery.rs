@@ -2,7 +2,6 @@
 //!
 //! `LUMIVOX_SCREENSHOTS=FOLDER cargo test --release -p lumivox-studio gallery -- --ignored` keeps them.
 
-use eframe::egui::accesskit::Role;
 use lumivox_core::document::Keep;
 use lumivox_studio::state::{Layout, Tab, Tool};
 use lumivox_studio::words::{Language, Word};
@@ -83,12 +82,13 @@ fn ten_pictures() {
     click(studio, "Skin");
     settle(studio);
     click(studio, "Cut");
-    studio.get_by_role_and_label(Role::Slider, "Skin off").focus();
-    for _ in 0..8 {
-        studio.key_press(Key::ArrowRight);
-    }
+    studio.state_mut().state.change(Word::Peel, |document| document.volumes[0].peel = Some(9.0));
     keep(studio, "gallery-07-skin-off");
     click(studio, "Uncut");
+    settle(studio);
+    studio.state_mut().state.tab = Tab::Look;
+    studio.run_steps(2);
+    click(studio, "Bone");
     settle(studio);
 
     click(studio, "Structures");
