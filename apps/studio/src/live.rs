@@ -76,7 +76,7 @@ impl Live {
         self.samples = samples;
     }
 
-    /// Draws so many pixels at most, which the view stretches: for tests, in which a processor draws them.
+    /// Draws so many pixels at most, which the view stretches: where a processor draws them.
     pub fn set_most_pixels(&mut self, most: u32) {
         self.most_pixels = most;
     }

@@ -97,6 +97,10 @@ pub(crate) fn is_software() -> bool {
     with_page(|page| page.software).unwrap_or_default()
 }
 
+/// Pixels of a view that a processor draws at most: whatever is traced of them, its other passes go over all, which takes a second for
+/// those of a whole screen, and leaves none for tracing.
+const MOST_SOFTWARE_PIXELS: u32 = 1 << 16;
+
 /// The program in a page.
 #[wasm_bindgen]
 pub struct Page(eframe::WebRunner);
@@ -131,6 +135,7 @@ impl Page {
                 *live.viewport_mut().pace_mut() = pace(software);
                 if software {
                     live.set_patience(None);
+                    live.set_most_pixels(MOST_SOFTWARE_PIXELS);
                 }
                 let state = live.render_state();
                 let device = Some((state.device.clone(), state.queue.clone()));
