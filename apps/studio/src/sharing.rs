@@ -9,7 +9,7 @@ use base64::Engine;
 use base64::engine::general_purpose::STANDARD;
 use flate2::Compression;
 use flate2::write::GzEncoder;
-use lumivox_core::document::{SceneDocument, Style, View, rows};
+use lumivox_core::document::{Backdrop, Display, SceneDocument, Style, View, rows};
 use lumivox_core::glam::{DAffine3, DVec3};
 use lumivox_core::{
     CancelToken, LabelVolume, Labelling, Peel, PerspectiveCamera, Preset, Scene, UNLABELLED, Volume,
@@ -295,6 +295,10 @@ fn document(sharing: &Sharing) -> SceneDocument {
     }
     document.camera = View::of(&sharing.camera);
     document.display = sharing.document.display;
+    // Nothing lies behind a page's picture that could be seen.
+    if document.display.background == Backdrop::Transparent {
+        document.display.background = Display::default().background;
+    }
     document.film.seed = sharing.document.film.seed;
     document
 }
