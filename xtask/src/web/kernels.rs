@@ -96,7 +96,8 @@ fn of_browsers(
     views: &[ViewKind],
     texels: &[FineTexels],
 ) -> Kernels {
-    let mut kernels = HashSet::new();
+    // A host asks for that one, and no scene does.
+    let mut kernels = HashSet::from([Kernel::CompositeVelocity]);
     for features in scenes {
         for fine_texels in texels {
             let limits = DeviceLimits::webgpu_default().with(|it| it.fine_texels = *fine_texels);
