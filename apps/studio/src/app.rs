@@ -13,7 +13,7 @@ use lumivox_core::Preset;
 use lumivox_core::document::View;
 
 use crate::archive::Archive;
-use crate::darkroom::{Darkroom, Exported, Tile};
+use crate::darkroom::{Darkroom, ExportDraft, Exported, Tile};
 use crate::errands;
 use crate::jobs::{Job, Wake};
 use crate::live::Live;
@@ -23,7 +23,7 @@ use crate::rescue::Rescue;
 use crate::session::Session;
 use crate::settings::{Drawer, Settings};
 use crate::sharing::{SIDES, Sharing};
-use crate::state::{Action, Ask, Dialog, ExportDraft, State, Strip};
+use crate::state::{Action, Ask, Dialog, State, Strip};
 use crate::theme;
 use crate::words::{Language, Word};
 

@@ -4,14 +4,14 @@ use std::ops::ControlFlow;
 use std::path::{Path, PathBuf};
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 
-use lumivox_core::document::{Backdrop, SceneDocument, View};
-use lumivox_core::glam::{DAffine3, DVec3};
+use lumivox_core::document::{Backdrop, Film, SceneDocument, View};
 use lumivox_core::{Modality, PerspectiveCamera, Preset, Scene, Volume, Voxels};
 use lumivox_renderer::{DisplaySettings, display};
 use lumivox_wgpu::{Gpu, HeadlessRenderer, Outcome, RenderRequest};
 use rayon::prelude::*;
 
 use crate::files;
+use crate::grid::Grid;
 use crate::jobs::{Busy, Desk};
 use crate::opening::show;
 use crate::words::{Language, Word};
@@ -133,38 +133,19 @@ pub(crate) fn tile_document(document: &SceneDocument, preset: Preset) -> SceneDo
 
 /// The same scan of fewer voxels: means of neighbours, of so many along each axis at most.
 pub(crate) fn reduced(volume: &Volume, side: usize, most: usize) -> Volume {
-    let dims = volume.dims();
-    let factor = dims.map(|n| n.div_ceil(side));
-    if factor == [1; 3] {
+    let grid = Grid::of(volume, side);
+    if grid.is_whole() {
         return volume.clone().without_source();
     }
-    let small = [0, 1, 2].map(|axis| dims[axis].div_ceil(factor[axis]));
-    let range = |axis: usize, at: usize| {
-        let all = at * factor[axis]..((at + 1) * factor[axis]).min(dims[axis]);
-        all.step_by(factor[axis].div_ceil(most))
-    };
-    let mean = |at: [usize; 3]| {
-        let (mut sum, mut count) = (0.0, 0.0);
-        for z in range(2, at[2]) {
-            for y in range(1, at[1]) {
-                for x in range(0, at[0]) {
-                    sum += volume.value([x, y, z]);
-                    count += 1.0;
-                }
-            }
-        }
+    let mean = |index: usize| {
+        let all = grid.within(index, most);
+        let (sum, count) =
+            all.fold((0.0, 0.0), |(sum, count), voxel| (sum + volume.value(voxel), count + 1.0));
         (sum / count) as f32
     };
-    let [nx, ny, _] = small;
-    let values = (0..small.iter().product::<usize>())
-        .into_par_iter()
-        .map(|index| mean([index % nx, index / nx % ny, index / (nx * ny)]))
-        .collect();
-    let scale = DVec3::from_array(factor.map(|n| n as f64));
-    let place = volume.patient_from_voxel()
-        * DAffine3::from_translation(0.5 * (scale - 1.0))
-        * DAffine3::from_scale(scale);
-    let new = Volume::new(small, Voxels::F32(values), [1.0, 0.0], place, volume.modality());
+    let values = (0..grid.count()).into_par_iter().map(mean).collect();
+    let place = grid.patient_from_voxel;
+    let new = Volume::new(grid.dims, Voxels::F32(values), [1.0, 0.0], place, volume.modality());
     let new = new.map(|new| new.with_unit(volume.unit().to_owned()).with_subject(volume.subject()));
     // What has no means, such as values that are no numbers, is taken as it is.
     new.unwrap_or_else(|_| volume.clone().without_source())
@@ -227,6 +208,47 @@ pub(crate) fn develop(
 
 /// Samples of a picture that does not say how many, as the command has it.
 pub const DEFAULT_SAMPLES: u32 = 512;
+
+/// A picture that is about to be rendered.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct ExportDraft {
+    /// Pixels across and down.
+    pub size: [u32; 2],
+    /// Paths of a pixel.
+    pub samples: u32,
+    /// Whether it has an alpha channel.
+    pub transparent: bool,
+    /// Whether the noise that is left is smoothed.
+    pub denoise: bool,
+    /// Whether it is a turn around the scan, in so many pictures.
+    pub turn: Option<u32>,
+}
+
+impl ExportDraft {
+    /// Of a document; as large as the view, where it was never said how large.
+    pub fn of(document: &SceneDocument, view: [u32; 2]) -> Self {
+        let film = document.film;
+        Self {
+            size: if film.size == Film::default().size { view } else { film.size },
+            samples: film.samples.unwrap_or(DEFAULT_SAMPLES),
+            transparent: document.display.background == Backdrop::Transparent,
+            denoise: film.denoise,
+            turn: None,
+        }
+    }
+
+    /// Says it in the document, so that the command renders the same.
+    pub fn put_into(self, document: &mut SceneDocument) {
+        document.film.size = self.size;
+        document.film.samples = Some(self.samples);
+        document.film.denoise = self.denoise;
+        let is_transparent = document.display.background == Backdrop::Transparent;
+        if self.transparent != is_transparent {
+            document.display.background =
+                if self.transparent { Backdrop::Transparent } else { Backdrop::default() };
+        }
+    }
+}
 
 /// What becomes of a picture.
 pub enum Exported {

@@ -14,6 +14,7 @@ pub mod darkroom;
 pub mod errands;
 #[cfg_attr(target_family = "wasm", path = "web/files.rs")]
 pub mod files;
+mod grid;
 pub mod history;
 pub mod jobs;
 pub mod leaders;

@@ -6,14 +6,14 @@ use std::path::PathBuf;
 use std::sync::Arc;
 
 use eframe::egui::{Rect, TextureHandle};
-use lumivox_core::document::{self, Backdrop, Film, Measurement, MeasurementKind, SceneDocument};
+use lumivox_core::document::{self, Measurement, MeasurementKind, SceneDocument};
 use lumivox_core::glam::{DMat3, DQuat, DVec2, DVec3};
 use lumivox_core::{Labelling, Orbit, Preset};
 use lumivox_import::SeriesSummary;
 use lumivox_viewport::PictureProgress;
 
 use crate::archive::Request;
-use crate::darkroom::looks_for;
+use crate::darkroom::{ExportDraft, looks_for};
 use crate::jobs::Busy;
 use crate::measuring::{Draft, Said};
 use crate::opening::SharedStudy;
@@ -284,21 +284,6 @@ pub enum Dialog {
     },
 }
 
-/// A picture that is about to be rendered.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct ExportDraft {
-    /// Pixels across and down.
-    pub size: [u32; 2],
-    /// Paths of a pixel.
-    pub samples: u32,
-    /// Whether it has an alpha channel.
-    pub transparent: bool,
-    /// Whether the noise that is left is smoothed.
-    pub denoise: bool,
-    /// Whether it is a turn around the scan, in so many pictures.
-    pub turn: Option<u32>,
-}
-
 /// All that is shown.
 pub struct State {
     /// What a person chose.
@@ -527,23 +512,22 @@ impl State {
 
     /// Moves the shared point by so many slices of a plane.
     pub fn step(&mut self, plane: Plane, slices: f64) {
-        let Some(session) = &self.session else { return };
-        let scan = session.scan();
         let [_, _, normal] = self.axes(plane);
-        let [low, high] = reach_mm(scan, normal);
-        let at = (self.cross.dot(normal) + step_mm(scan, normal) * slices).clamp(low, high);
-        self.cross += normal * (at - self.cross.dot(normal));
+        self.move_along(normal, slices);
+    }
+
+    fn move_along(&mut self, axis: DVec3, voxels: f64) {
+        let Some(session) = &self.session else { return };
+        let [low, high] = reach_mm(session.scan(), axis);
+        let at = self.cross.dot(axis);
+        self.cross += axis * ((at + step_mm(session.scan(), axis) * voxels).clamp(low, high) - at);
     }
 
     /// Moves the cross so many voxels to the right and down in a slice.
     pub fn move_cross(&mut self, plane: Plane, by: [f64; 2]) {
-        let Some(session) = &self.session else { return };
-        let axes = self.axes(plane);
-        for (axis, by) in axes.into_iter().zip(by) {
-            let [low, high] = reach_mm(session.scan(), axis);
-            let at = self.cross.dot(axis);
-            self.cross += axis * ((at + step_mm(session.scan(), axis) * by).clamp(low, high) - at);
-        }
+        let [right, down, _] = self.axes(plane);
+        self.move_along(right, by[0]);
+        self.move_along(down, by[1]);
     }
 
     /// Takes another tool; what was being made is left.
@@ -573,32 +557,6 @@ impl State {
                 self.sizes = Some(sizes);
                 (labelling, overlay)
             });
-        }
-    }
-}
-
-impl ExportDraft {
-    /// Of a document; as large as the view, where it was never said how large.
-    pub fn of(document: &SceneDocument, view: [u32; 2]) -> Self {
-        let film = document.film;
-        Self {
-            size: if film.size == Film::default().size { view } else { film.size },
-            samples: film.samples.unwrap_or(crate::darkroom::DEFAULT_SAMPLES),
-            transparent: document.display.background == Backdrop::Transparent,
-            denoise: film.denoise,
-            turn: None,
-        }
-    }
-
-    /// Says it in the document, so that the command renders the same.
-    pub fn put_into(self, document: &mut SceneDocument) {
-        document.film.size = self.size;
-        document.film.samples = Some(self.samples);
-        document.film.denoise = self.denoise;
-        let is_transparent = document.display.background == Backdrop::Transparent;
-        if self.transparent != is_transparent {
-            document.display.background =
-                if self.transparent { Backdrop::Transparent } else { Backdrop::default() };
         }
     }
 }

@@ -5,10 +5,11 @@ use std::path::PathBuf;
 use eframe::egui::{self, Align, DragValue, Id, Key, Margin, Modal, RichText, Ui};
 
 use crate::archive;
+use crate::darkroom::ExportDraft;
 use crate::errands;
 use crate::settings::Mouse;
 use crate::sharing::SIDES;
-use crate::state::{Action, Ask, Dialog, ExportDraft, State};
+use crate::state::{Action, Ask, Dialog, State};
 use crate::theme::{palette, primary};
 use crate::words::Word;
 

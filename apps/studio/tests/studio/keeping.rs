@@ -4,9 +4,10 @@ use std::process::Command;
 
 use eframe::egui::{Color32, ColorImage, OutputCommand, ViewportCommand, ViewportEvent, ViewportId};
 use lumivox_core::Preset;
+use lumivox_studio::darkroom::ExportDraft;
 use lumivox_studio::settings::{Drawer, Mouse};
 use lumivox_studio::slices::Plane;
-use lumivox_studio::state::{Action, Dialog, ExportDraft, ViewId};
+use lumivox_studio::state::{Action, Dialog, ViewId};
 use lumivox_studio::turntable::film;
 
 use super::*;
